@@ -1,0 +1,42 @@
+#pragma once
+// The one door to threads. The engine asks for parallel loops only; who runs them is replaceable, so that a game can
+// hand in its own job system.
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace cairn {
+
+class JobSystem {
+public:
+    virtual ~JobSystem() = default;
+    // Calls body(begin, end) on disjoint ranges that together cover [0, count), from any threads, and returns when all
+    // are done. `grain` is the smallest range worth a job. The answer must not depend on how the range was cut.
+    virtual void parallelFor(std::size_t count, std::size_t grain,
+                             const std::function<void(std::size_t, std::size_t)>& body) = 0;
+    virtual int threadCount() const = 0;
+};
+
+// oneTBB with at most `threads` workers, the calling thread included; 1 runs everything in the calling thread.
+std::shared_ptr<JobSystem> makeTbbJobSystem(int threads);
+
+// Calls body(i) for each i in [0, count).
+template <class Body>
+void parallelFor(JobSystem& jobs, std::size_t count, std::size_t grain, Body&& body) {
+    if (count == 0) {
+        return;
+    }
+    if (jobs.threadCount() == 1 || count <= grain) {
+        for (std::size_t i = 0; i < count; ++i) {
+            body(i);
+        }
+        return;
+    }
+    jobs.parallelFor(count, grain, [&body](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            body(i);
+        }
+    });
+}
+
+}  // namespace cairn

@@ -1,0 +1,110 @@
+#pragma once
+// The rotation group SO(3): exponential map, logarithm, left Jacobian, quaternion update.
+// Seed sections 2.1.2, 2.1.3 and 2.2. Rotation vectors are axis times angle, in radians.
+//
+// Every closed form here divides by a power of the angle. Below `smallAngle` the Taylor series is used instead; its
+// first dropped term is under the round-off of S, so the two branches meet without a step.
+#include <cairn/base/types.hpp>
+
+#include <cmath>
+
+namespace cairn {
+
+// Angle (rad) under which series replace closed forms. sqrt(sqrt(eps)) balances the error of the fourth-order series
+// against the cancellation in 1 - cos(angle).
+template <class S>
+S smallAngle() {
+    return std::sqrt(std::sqrt(Eigen::NumTraits<S>::epsilon()));
+}
+
+// [v]x, the matrix with [v]x w = v x w.
+template <class S>
+Mat3<S> hat(const Vec3<S>& v) {
+    Mat3<S> m;
+    m << S(0), -v.z(), v.y(), v.z(), S(0), -v.x(), -v.y(), v.x(), S(0);
+    return m;
+}
+
+// exp: rotation vector (rad) to unit quaternion. As Hamilton quaternions exp((0, theta/2)); the sign convention of the
+// seed's 2.41-2.48 is corrected (facts, erratum 26).
+template <class S>
+Quat<S> expQuat(const Vec3<S>& theta) {
+    const S squared = theta.squaredNorm();
+    const S angle = std::sqrt(squared);
+    const S half = S(0.5) * angle;
+    const S sincHalf = angle < smallAngle<S>() ? S(0.5) - squared / S(48) : std::sin(half) / angle;
+    return Quat<S>(std::cos(half), sincHalf * theta.x(), sincHalf * theta.y(), sincHalf * theta.z());
+}
+
+// exp: rotation vector (rad) to rotation matrix (Rodrigues, seed 2.1.2).
+template <class S>
+Mat3<S> expMatrix(const Vec3<S>& theta) {
+    return expQuat(theta).toRotationMatrix();
+}
+
+// log: unit quaternion to the rotation vector (rad) of length at most pi. q and -q give the same answer.
+template <class S>
+Vec3<S> logQuat(const Quat<S>& q) {
+    const S sign = q.w() < S(0) ? S(-1) : S(1);
+    const Vec3<S> vector = sign * q.vec();
+    const S w = sign * q.w();
+    const S sine = vector.norm();
+    if (sine < smallAngle<S>()) {
+        // atan2(s, w) / s for small s, with w = sqrt(1 - s^2) close to 1.
+        return vector * (S(2) / w * (S(1) - sine * sine / (S(3) * w * w)));
+    }
+    return vector * (S(2) * std::atan2(sine, w) / sine);
+}
+
+// Left Jacobian of SO(3): omega = J_L(theta) dtheta/dt (seed 2.1.3).
+template <class S>
+Mat3<S> leftJacobian(const Vec3<S>& theta) {
+    const S squared = theta.squaredNorm();
+    const S angle = std::sqrt(squared);
+    S a;  // (1 - cos) / angle^2
+    S b;  // (angle - sin) / angle^3
+    if (angle < smallAngle<S>()) {
+        a = S(0.5) - squared / S(24);
+        b = S(1) / S(6) - squared / S(120);
+    } else {
+        const S sinHalf = std::sin(S(0.5) * angle);
+        a = S(2) * sinHalf * sinHalf / squared;
+        b = (angle - std::sin(angle)) / (squared * angle);
+    }
+    const Mat3<S> k = hat(theta);
+    return Mat3<S>::Identity() + a * k + b * k * k;
+}
+
+// Inverse of leftJacobian; finite for |theta| < 2 pi.
+template <class S>
+Mat3<S> leftJacobianInverse(const Vec3<S>& theta) {
+    const S squared = theta.squaredNorm();
+    const S angle = std::sqrt(squared);
+    S c;  // 1/angle^2 - cot(angle/2) / (2 angle)
+    if (angle < smallAngle<S>()) {
+        c = S(1) / S(12) + squared / S(720);
+    } else {
+        c = (S(1) - S(0.5) * angle / std::tan(S(0.5) * angle)) / squared;
+    }
+    const Mat3<S> k = hat(theta);
+    return Mat3<S>::Identity() - S(0.5) * k + c * k * k;
+}
+
+// q turned by the world-frame rotation vector theta (rad), renormalised (seed 2.2).
+template <class S>
+Quat<S> rotated(const Quat<S>& q, const Vec3<S>& theta) {
+    return (expQuat(theta) * q).normalized();
+}
+
+// Two unit vectors that complete the unit vector n to a right-handed frame (n, t1, t2). Continuous except at n.z = -1
+// (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
+template <class S>
+void completeBasis(const Vec3<S>& n, Vec3<S>& t1, Vec3<S>& t2) {
+    const S sign = std::copysign(S(1), n.z());
+    const S a = S(-1) / (sign + n.z());
+    const S b = n.x() * n.y() * a;
+    t1 = Vec3<S>(S(1) + sign * n.x() * n.x() * a, sign * b, -sign * n.x());
+    t2 = Vec3<S>(b, sign + n.y() * n.y() * a, -n.y());
+}
+
+}  // namespace cairn
