@@ -1,0 +1,56 @@
+#pragma once
+// Which bodies may touch: FCL's dynamic AABB tree over fattened boxes, kept from step to step.
+// A body is asked again only when its tight box leaves its fat one. Static and moving bodies live in separate trees, so
+// that static ones never look for each other; boxes without end (half-spaces) are kept in a list of their own.
+#include <cairn/collision/shape.hpp>
+
+#include <functional>
+
+namespace cairn {
+
+using ProxyId = std::uint32_t;  // chosen by the caller: the body's index
+
+struct ProxyPair {
+    ProxyId a = 0;
+    ProxyId b = 0;  // a < b
+    friend auto operator<=>(const ProxyPair&, const ProxyPair&) = default;
+};
+
+class BroadPhase {
+public:
+    // fatMargin: how far a box is grown, m. 5 cm: 6 % of jittering bodies are asked again each step (facts/collision
+    // 5).
+    explicit BroadPhase(double fatMargin = 0.05);
+    ~BroadPhase();
+    BroadPhase(BroadPhase&&) noexcept;
+    BroadPhase& operator=(BroadPhase&&) noexcept;
+
+    // Pairs for which this answers false are never reported. Must be a pure function of the two ids between calls to
+    // refilter(). Null: every pair is.
+    void setFilter(std::function<bool(ProxyId, ProxyId)> mayCollide);
+
+    void add(ProxyId id, const Aabb& tight, bool isStatic);
+    void remove(ProxyId id);
+    bool contains(ProxyId id) const;
+    // Tells the new tight box; cheap when it stays within the fat one. `sweep` (m): this step's expected motion, by
+    // which a re-inserted fat box is stretched ahead.
+    void move(ProxyId id, const Aabb& tight, const Vec3d& sweep);
+    void refilter(ProxyId id);  // its filter, or a joint of it, has changed
+
+    // Brings pairs() up to date: re-inserts the bodies that left their fat boxes, asks the trees for those, and drops
+    // pairs whose fat boxes came apart.
+    void update();
+
+    // Sorted, each once, no static-static pair; the same for the same history whatever the thread count.
+    const std::vector<ProxyPair>& pairs() const;
+    // The ids whose fat boxes overlap `region`, sorted.
+    std::vector<ProxyId> query(const Aabb& region) const;
+
+    std::size_t lastReinserted() const;  // bodies re-inserted by the last update
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cairn

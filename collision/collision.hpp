@@ -1,0 +1,5 @@
+#pragma once
+// Door of collision/: other folders include this header only.
+#include <cairn/collision/broad_phase.hpp>
+#include <cairn/collision/narrow_phase.hpp>
+#include <cairn/collision/shape.hpp>
