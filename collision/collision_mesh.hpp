@@ -1,0 +1,32 @@
+#pragma once
+// Static triangles stored in FCL's bounding volume hierarchy, which finds the candidates of a box; what touches them is
+// decided in mesh_manifold.cpp.
+#include <cairn/collision/shape.hpp>
+
+namespace cairn {
+
+class CollisionMesh {
+public:
+    explicit CollisionMesh(const TriangleMesh& triangles);  // throws InputError, see mesh() in shape.hpp
+    ~CollisionMesh();
+
+    const TriangleMesh& triangles() const { return triangles_; }  // without those of no area
+    const Aabb& bounds() const { return bounds_; }                // shape frame
+    const Vec3d& normal(int triangle) const { return normals_[static_cast<std::size_t>(triangle)]; }
+    // Whether the edge from vertex k to k+1 of a triangle can be touched from a side: false where the neighbour is
+    // coplanar or the edge is concave, so that bodies do not catch on inner edges.
+    bool edgeIsActive(int triangle, int k) const;
+
+    // Appends the triangles whose boxes overlap `region` (shape frame), in rising order.
+    void find(const Aabb& region, std::vector<int>& out) const;
+
+private:
+    struct Tree;
+    TriangleMesh triangles_;
+    std::vector<Vec3d> normals_;
+    std::vector<std::uint8_t> activeEdges_;  // bit k: edge k
+    Aabb bounds_;
+    std::unique_ptr<Tree> tree_;
+};
+
+}  // namespace cairn
