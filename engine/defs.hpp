@@ -1,0 +1,88 @@
+#pragma once
+// What a user fills in: plain structs with in-class defaults, filled with designated initialisers.
+// Units: m, kg, s, rad. Everything is in world space at the time of adding unless a comment says otherwise.
+#include <cairn/collision/collision.hpp>
+
+#include <limits>
+
+namespace cairn {
+
+struct BodyTag;
+struct JointTag;
+using BodyId = Id<BodyTag>;
+using JointId = Id<JointTag>;
+
+enum class BodyType {
+    Static,     // never moves, infinite mass
+    Kinematic,  // moves as its velocity says, infinite mass
+    Dynamic,    // moved by forces and constraints
+};
+
+// Two bodies may collide when each one's category is in the other's mask. A group that both share overrides that:
+// positive, they always collide; negative, they never do.
+struct Filter {
+    std::uint32_t category = 1;
+    std::uint32_t mask = UINT32_MAX;
+    int group = 0;
+};
+
+struct BodyDef {
+    std::string name;  // for reports and files; may be empty
+    BodyType type = BodyType::Dynamic;
+    std::vector<Shape> shapes;       // at least one with mass for a dynamic body, unless mass and inertia are given
+    Vec3d position = Vec3d::Zero();  // of the body's frame (not of its centre of mass)
+    Quatd rotation = Quatd::Identity();
+    Vec3d linearVelocity = Vec3d::Zero();   // m/s, of the centre of mass
+    Vec3d angularVelocity = Vec3d::Zero();  // rad/s, world axes
+    double mass = 0;                        // kg; 0: from the shapes' densities
+    Vec3d inertia = Vec3d::Zero();          // kg m2, diagonal in body axes about the centre of mass; 0: from the shapes
+    double linearDamping = 0;               // 1/s: v decays as exp(-damping t)
+    double angularDamping = 0;              // 1/s
+    double gravityScale = 1;
+    std::array<bool, 3> lockLinear = {false, false, false};   // world axes along which the centre must not move
+    std::array<bool, 3> lockAngular = {false, false, false};  // world axes about which the body must not turn
+    Filter filter;
+    bool canSleep = true;
+    bool awake = true;
+};
+
+// How a joint gives way. Both zero: rigid. Give either compliance and damping, or frequency and damping ratio.
+struct Softness {
+    double compliance = 0;  // m/N or rad/(N m), inverse stiffness
+    double damping = 0;     // N s/m or N m s/rad
+    double frequency = 0;   // Hz, of the two bodies' effective mass on this joint; > 0 overrides compliance and damping
+    double dampingRatio = 1;  // of critical, used with frequency
+};
+
+inline constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+// The numbers that a solver takes. Zero: the solver's own measured default.
+struct SolverDef {
+    std::string name = "auto";  // auto, direct, gauss_seidel (see solvers/list.cpp)
+    int substeps = 0;           // sub-steps a step
+    int iterations = 0;         // sweeps (gauss_seidel) or Newton rounds at most (direct), a sub-step
+    double relaxation = 0;      // of a sweep, in (0, 2); 1: plain Gauss-Seidel
+    double warmStart = 1;       // share of the last step's lambda that a step starts from, in [0, 1]
+    double tolerance = 0;       // m/s: direct ends when no row's velocity is wrong by more
+    double directWork = 0;      // auto: most multiply-adds a factor of one island may cost before sweeps take over
+};
+
+struct SleepDef {
+    bool enabled = true;
+    double distance =
+        0.002;          // m: a body whose farthest point moved less over `time` is at rest. 2 mm: below what one sees
+    double time = 0.5;  // s
+};
+
+struct WorldDef {
+    Vec3d gravity = Vec3d(0, -9.81, 0);  // m/s2
+    SolverDef solver;
+    SleepDef sleep;
+    int threads = 1;                  // of the built-in job system, when `jobs` is null
+    std::shared_ptr<JobSystem> jobs;  // a game's own
+    double contactMargin = 0.01;      // m: gap at which contacts are looked for
+    double restitutionSpeed = 0.05;   // m/s: slower approaches do not bounce (bounces end in finite time)
+    double maxPushOutSpeed = 3;       // m/s: penetration found at the start of a step is pushed out no faster
+};
+
+}  // namespace cairn

@@ -1,0 +1,95 @@
+#pragma once
+// The world: bodies, joints and the contacts between them, moved one step at a time.
+#include <cairn/engine/constraints/joint_defs.hpp>
+#include <cairn/engine/report.hpp>
+
+#include <variant>
+
+namespace cairn {
+
+using JointDef = std::variant<BallDef, HingeDef, SliderDef, WeldDef, DistanceDef, ConeTwistDef>;
+
+// A contact point as it stands after a step, for drawing and for games.
+struct ContactView {
+    BodyId a, b;
+    Vec3d point = Vec3d::Zero();          // world, midway between the two surfaces
+    Vec3d normal = Vec3d::UnitY();        // world, from a to b
+    double separation = 0;                // m, negative: penetration
+    double normalForce = 0;               // N
+    Vec3d frictionForce = Vec3d::Zero();  // N, on b
+};
+
+// A joint as it stands after a step.
+struct JointView {
+    JointId id;
+    BodyId a, b;
+    Posed frameA, frameB;          // world; the joint's frame as each body carries it; x is the axis
+    double gap = 0;                // m, violation of its linear rows
+    double angle = 0;              // rad, violation of its angular rows
+    Vec3d force = Vec3d::Zero();   // N, on b
+    Vec3d torque = Vec3d::Zero();  // N m, on b, about its centre of mass
+};
+
+// Not thread-safe: one thread at a time may call a world; inside, a step uses the job system. Calls with a stale or
+// null id throw InputError. step() never throws and never prints.
+template <class S>
+class World {
+public:
+    explicit World(const WorldDef& def = {});
+    ~World();
+    World(World&&) noexcept;
+    World& operator=(World&&) noexcept;
+
+    BodyId add(const BodyDef& def);
+    template <class Def>
+    requires std::is_constructible_v<JointDef, const Def&> &&(!std::is_same_v<Def, BodyDef>)JointId
+        add(const Def& def) {
+        return addJoint(JointDef(def));
+    }
+    JointId addJoint(const JointDef& def);
+    void remove(BodyId id);  // with its joints
+    void remove(JointId id);
+    bool contains(BodyId id) const;
+    bool contains(JointId id) const;
+
+    // Advances by dt (s, finite, > 0; at most 1, else the step is refused: nothing moves and the report carries
+    // FlagUnconverged).
+    const StepReport& step(S dt);
+    const StepReport& report() const;
+
+    Pose<S> pose(BodyId id) const;    // of the body's frame
+    Vec3<S> centre(BodyId id) const;  // of mass, world
+    Vec3<S> linearVelocity(BodyId id) const;
+    Vec3<S> angularVelocity(BodyId id) const;
+    S mass(BodyId id) const;           // 0 for static and kinematic bodies
+    Mat3<S> inertia(BodyId id) const;  // about the centre of mass, body axes
+    bool awake(BodyId id) const;
+    const BodyDef& def(BodyId id) const;  // as added, with mass and inertia filled in
+    std::vector<BodyId> bodies() const;   // in order of index
+    std::vector<JointId> joints() const;
+
+    void setPose(BodyId id, const Pose<S>& pose);
+    void setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angular);
+    void setSolver(const SolverDef& def);                      // from the next step on; lambda is kept
+    void setMotor(JointId id, double speed, double maxForce);  // hinge or slider
+    // For the next step only. World frame; `point` in world, default the centre of mass. Wakes the body.
+    void applyForce(BodyId id, const Vec3<S>& force);
+    void applyForce(BodyId id, const Vec3<S>& force, const Vec3<S>& point);
+    void applyTorque(BodyId id, const Vec3<S>& torque);
+    // At once. N s.
+    void applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point);
+    void wake(BodyId id);
+
+    std::vector<ContactView> contacts() const;
+    std::vector<JointView> jointViews() const;
+    const WorldDef& worldDef() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+using Worldf = World<float>;
+using Worldd = World<double>;
+
+}  // namespace cairn
