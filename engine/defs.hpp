@@ -27,9 +27,9 @@ struct Filter {
 };
 
 struct BodyDef {
-    std::string name;  // for reports and files; may be empty
+    std::string name = {};  // for reports and files; may be empty
     BodyType type = BodyType::Dynamic;
-    std::vector<Shape> shapes;       // at least one with mass for a dynamic body, unless mass and inertia are given
+    std::vector<Shape> shapes = {};  // at least one with mass for a dynamic body, unless mass and inertia are given
     Vec3d position = Vec3d::Zero();  // of the body's frame (not of its centre of mass)
     Quatd rotation = Quatd::Identity();
     Vec3d linearVelocity = Vec3d::Zero();   // m/s, of the centre of mass
@@ -41,7 +41,7 @@ struct BodyDef {
     double gravityScale = 1;
     std::array<bool, 3> lockLinear = {false, false, false};   // world axes along which the centre must not move
     std::array<bool, 3> lockAngular = {false, false, false};  // world axes about which the body must not turn
-    Filter filter;
+    Filter filter = {};
     bool canSleep = true;
     bool awake = true;
 };
@@ -76,13 +76,13 @@ struct SleepDef {
 
 struct WorldDef {
     Vec3d gravity = Vec3d(0, -9.81, 0);  // m/s2
-    SolverDef solver;
-    SleepDef sleep;
-    int threads = 1;                  // of the built-in job system, when `jobs` is null
-    std::shared_ptr<JobSystem> jobs;  // a game's own
-    double contactMargin = 0.01;      // m: gap at which contacts are looked for
-    double restitutionSpeed = 0.05;   // m/s: slower approaches do not bounce (bounces end in finite time)
-    double maxPushOutSpeed = 3;       // m/s: penetration found at the start of a step is pushed out no faster
+    SolverDef solver = {};
+    SleepDef sleep = {};
+    int threads = 1;                       // of the built-in job system, when `jobs` is null
+    std::shared_ptr<JobSystem> jobs = {};  // a game's own
+    double contactMargin = 0.01;           // m: gap at which contacts are looked for
+    double restitutionSpeed = 0.05;        // m/s: slower approaches do not bounce (bounces end in finite time)
+    double maxPushOutSpeed = 3;            // m/s: penetration found at the start of a step is pushed out no faster
 };
 
 }  // namespace cairn
