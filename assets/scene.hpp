@@ -37,20 +37,31 @@ struct Scene {
     void add(std::string jointName, JointDef def) { joints.push_back({std::move(jointName), std::move(def)}); }
 };
 
-// Adds the scene's bodies and joints, in order. Throws InputError as World::add does, with the body's name.
+// The ids that a scene's bodies and joints have in a world, in the scene's order.
 template <class S>
 struct PopulatedScene {
     std::vector<BodyId> bodies;
     std::vector<JointId> joints;
 };
+// Adds the scene's bodies and joints, in order, to a world made from scene.world. Throws InputError as World::add does,
+// with the body's or joint's name in front.
 template <class S>
 PopulatedScene<S> populate(World<S>& world, const Scene& scene);
 
-// Scene files: JSON as docs/scene.schema.json says. Unknown fields are errors that name the nearest known one; every
-// error names file, place (JSON pointer) and remedy. Relative mesh and hull files are looked up beside the scene file.
+// Scene files: JSON as docs/scene.schema.json says. Bad input throws InputError whose field is "file:/json/pointer"; an
+// unknown field's error names the nearest known one, an unknown name's the nearest known name. A scene without a `name`
+// has its file's. Relative mesh, hull and height files are looked up beside the scene file (in `base` for parseScene).
 Scene loadScene(const std::filesystem::path& file);
 Scene parseScene(const std::string& json, const std::filesystem::path& base, const std::string& nameForErrors);
+
+// JSON from which parseScene makes the same scene again, every number to the last bit; fields at their default are left
+// out, hulls and meshes are written in place. Throws InputError for what a file cannot hold: two bodies or two joints
+// of one name, a number that is not finite, world.jobs.
 std::string toJson(const Scene& scene);
 void saveScene(const Scene& scene, const std::filesystem::path& file);
+
+// The JSON Schema (draft 2020-12) of scene files, made from the table that loads and writes them;
+// docs/scene.schema.json is this text.
+std::string sceneSchema();
 
 }  // namespace cairn
