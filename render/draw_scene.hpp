@@ -10,8 +10,8 @@ namespace cairn {
 using MeshHandle = Id<struct DrawMeshTag>;
 
 struct DrawInstance {
-    MeshHandle mesh;
-    Posef pose;  // body frame to world
+    MeshHandle mesh = {};
+    Posef pose = {};  // body frame to world
     Colour colour = {0.7f, 0.7f, 0.7f, 1};
     Vec3f scale = Vec3f::Ones();  // applied in the body frame before the pose; each part not 0. Lets one mesh of a
                                   // unit box or ball stand for all sizes, which is what makes big scenes fast.
@@ -57,21 +57,22 @@ struct Ground {
     Colour colour = {0.80f, 0.81f, 0.83f, 1};
 };
 
+// A studio backdrop: shaded from the bottom of the picture to its top, whatever the camera looks at.
 struct Background {
-    Colour horizon = {0.90f, 0.92f, 0.94f, 1};
-    Colour zenith = {0.56f, 0.67f, 0.80f, 1};
+    Colour bottom = {0.90f, 0.92f, 0.94f, 1};
+    Colour top = {0.56f, 0.67f, 0.80f, 1};
 };
 
 struct DrawScene {
     int width = 1280;  // pixels
     int height = 720;  // pixels
-    Camera camera;
-    Sun sun;
-    Ground ground;
-    Background background;
-    std::vector<DrawInstance> instances;
-    std::vector<DrawLine> lines;
-    std::vector<DrawPoint> points;
+    Camera camera = {};
+    Sun sun = {};
+    Ground ground = {};
+    Background background = {};
+    std::vector<DrawInstance> instances = {};
+    std::vector<DrawLine> lines = {};
+    std::vector<DrawPoint> points = {};
     bool ambientOcclusion = true;  // darkens creases and contacts
 };
 
