@@ -46,14 +46,6 @@ struct BodyDef {
     bool awake = true;
 };
 
-// How a joint gives way. Both zero: rigid. Give either compliance and damping, or frequency and damping ratio.
-struct Softness {
-    double compliance = 0;  // m/N or rad/(N m), inverse stiffness
-    double damping = 0;     // N s/m or N m s/rad
-    double frequency = 0;   // Hz, of the two bodies' effective mass on this joint; > 0 overrides compliance and damping
-    double dampingRatio = 1;  // of critical, used with frequency
-};
-
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 // The numbers that a solver takes. Zero: the solver's own measured default.

@@ -1,13 +1,9 @@
 #pragma once
 // The world: bodies, joints and the contacts between them, moved one step at a time.
-#include <cairn/engine/constraints/joint_defs.hpp>
+#include <cairn/engine/constraints/list.hpp>
 #include <cairn/engine/report.hpp>
 
-#include <variant>
-
 namespace cairn {
-
-using JointDef = std::variant<BallDef, HingeDef, SliderDef, WeldDef, DistanceDef, ConeTwistDef>;
 
 // A contact point as it stands after a step, for drawing and for games.
 struct ContactView {

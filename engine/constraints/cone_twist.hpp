@@ -1,0 +1,51 @@
+#pragma once
+// Cone and twist: C = p_b - p_a (3 rows); C = swing - angle(x_a, x_b), the angle by atan2 and its gradient with the
+// corrected sign (seed 5.7, errata 1 and 25); limits on the twist 2 atan2(q_x, q_w) of q = q_a^-1 q_b.
+#include <cairn/engine/constraints/joint_parts.hpp>
+
+namespace cairn {
+
+// A ragdoll's shoulder or hip: a shared point, b's axis within a cone about a's, and a limited twist about it. Both
+// axes are `axis` at the time of adding.
+struct ConeTwistDef {
+    BodyId a = {}, b = {};         // two different bodies, at least one of them dynamic
+    Vec3d anchor = Vec3d::Zero();  // world, at the time of adding
+    Vec3d axis = Vec3d::UnitY();   // world, at the time of adding; any length but 0
+    double swing = 0.8;            // rad, half opening of the cone, in (0, pi)
+    double twistLower = -0.5;      // rad, > -pi or -unlimited
+    double twistUpper = 0.5;       // rad, < pi or unlimited
+    Softness softness = {};        // of the shared point; the limits stay hard
+    bool collide = false;          // whether a and b go on colliding with each other
+
+    static constexpr const char* typeName = "cone_twist";
+};
+
+template <class S>
+void linearize(const ConeTwistDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
+               RowWriter<S>& rows) {
+    pointRows(frames, a, b, rows);
+    const Quat<S> frameA = a.rotation * frames.a.rotation;
+    const Quat<S> frameB = b.rotation * frames.b.rotation;
+    const Vec3<S> axisA = frameA * Vec3<S>::UnitX();
+    const Vec3<S> axisB = frameB * Vec3<S>::UnitX();
+    const Vec3<S> normal = axisA.cross(axisB);
+    const S sine = normal.norm();
+    const bool aligned = sine < Eigen::NumTraits<S>::dummy_precision();
+    const Vec3<S> about = aligned ? Vec3<S>(frameA * Vec3<S>::UnitY()) : Vec3<S>(normal / sine);
+    Row<S>& swing = rows.angular(-about, static_cast<S>(def.swing) - std::atan2(sine, axisA.dot(axisB)));
+    swing.lo = S(0);
+
+    Quat<S> q = frameA.conjugate() * frameB;
+    if (q.w() < S(0)) {
+        q.coeffs() = -q.coeffs();
+    }
+    const S squared = std::max(q.w() * q.w() + q.x() * q.x(), Eigen::NumTraits<S>::epsilon());
+    const Vec3<S> gradient(S(1), (q.w() * q.z() + q.x() * q.y()) / squared, (q.x() * q.z() - q.w() * q.y()) / squared);
+    Row<S> twist;
+    twist.isAngular = true;
+    twist.b.template tail<3>() = frameA * gradient;
+    twist.a = -twist.b;
+    rows.limits(twist, S(2) * std::atan2(q.x(), q.w()), static_cast<S>(def.twistLower), static_cast<S>(def.twistUpper));
+}
+
+}  // namespace cairn

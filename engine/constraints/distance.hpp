@@ -1,0 +1,44 @@
+#pragma once
+// Distance: C = |p_b - p_a| - L for a rod or a spring (one row); C = |d| - lower and C = upper - |d| for a rope (one
+// row a bound). Its gradient does not exist where the two points meet; there the row pushes along world y.
+#include <cairn/engine/constraints/joint_parts.hpp>
+
+namespace cairn {
+
+// The distance between two points stays within [lower, upper]. Rod: both equal. Rope: lower 0. Negative: the distance
+// at the time of adding. A soft one is a spring.
+struct DistanceDef {
+    BodyId a = {}, b = {};          // two different bodies, at least one of them dynamic
+    Vec3d anchorA = Vec3d::Zero();  // world, at the time of adding
+    Vec3d anchorB = Vec3d::Zero();  // world, at the time of adding
+    double lower = -1;              // m
+    double upper = -1;              // m
+    Softness softness = {};
+    bool collide = false;  // whether a and b go on colliding with each other
+
+    static constexpr const char* typeName = "distance";
+};
+
+template <class S>
+void linearize(const DistanceDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
+               RowWriter<S>& rows) {
+    const Vec3<S> armA = a.rotation * frames.a.position;
+    const Vec3<S> armB = b.rotation * frames.b.position;
+    const Vec3<S> gap = b.position + armB - a.position - armA;
+    const S length = gap.norm();
+    const Vec3<S> n = length > Eigen::NumTraits<S>::dummy_precision() ? Vec3<S>(gap / length) : Vec3<S>::UnitY();
+    const S lower = def.lower < 0 ? frames.length : static_cast<S>(def.lower);
+    const S upper = def.upper < 0 ? frames.length : static_cast<S>(def.upper);
+    if (lower == upper) {
+        rows.point(n, armA, armB, length - lower);
+        rows.pointForce(1, armA, armB);
+        return;
+    }
+    Row<S> row;
+    row.a << -n, -armA.cross(n);
+    row.b << n, armB.cross(n);
+    rows.limits(row, length, lower > S(0) ? lower : -infinity<S>(), upper);
+    rows.pointForce(lower > S(0) && upper < infinity<S>() ? 2 : 1, armA, armB);
+}
+
+}  // namespace cairn

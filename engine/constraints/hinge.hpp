@@ -1,0 +1,51 @@
+#pragma once
+// Hinge: C = p_b - p_a (3 rows); C = (y_a . x_b, z_a . x_b), the axis of b seen across that of a (2 rows, seed 5.7);
+// limits on the angle phi = atan2(y_b . z_a, y_b . y_a); a motor on its rate.
+#include <cairn/engine/constraints/joint_parts.hpp>
+
+namespace cairn {
+
+// One shared axis: turning about it is left. The angle is 0 at the time of adding and grows as b turns about +axis.
+struct HingeDef {
+    BodyId a = {}, b = {};         // two different bodies, at least one of them dynamic
+    Vec3d anchor = Vec3d::Zero();  // world, at the time of adding
+    Vec3d axis = Vec3d::UnitX();   // world, at the time of adding; any length but 0
+    double lower = -unlimited;     // rad, > -pi or -unlimited
+    double upper = unlimited;      // rad, < pi or unlimited
+    double motorSpeed = 0;         // rad/s, of b against a
+    double motorTorque = 0;        // N m, the most the motor gives; 0: no motor
+    Softness softness = {};        // of the rows that hold the axis; limits and motor stay hard
+    bool collide = false;          // whether a and b go on colliding with each other
+
+    static constexpr const char* typeName = "hinge";
+};
+
+template <class S>
+void linearize(const HingeDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
+               RowWriter<S>& rows) {
+    pointRows(frames, a, b, rows);
+    const Mat3<S> frameA = (a.rotation * frames.a.rotation).toRotationMatrix();
+    const Mat3<S> frameB = (b.rotation * frames.b.rotation).toRotationMatrix();
+    const Vec3<S> axisB = frameB.col(0);
+    for (int k = 1; k < 3; ++k) {
+        const Vec3<S> across = frameA.col(k);
+        rows.angular(axisB.cross(across), across.dot(axisB));
+    }
+    const Vec3<S> yA = frameA.col(1);
+    const Vec3<S> zA = frameA.col(2);
+    const Vec3<S> yB = frameB.col(1);
+    const S cosine = yB.dot(yA);
+    const S sine = yB.dot(zA);
+    const S squared = std::max(cosine * cosine + sine * sine, Eigen::NumTraits<S>::epsilon());
+    Row<S> angle;
+    angle.isAngular = true;
+    angle.b.template tail<3>() = (cosine * yB.cross(zA) - sine * yB.cross(yA)) / squared;
+    angle.a = -angle.b;
+    rows.limits(angle, std::atan2(sine, cosine), static_cast<S>(def.lower), static_cast<S>(def.upper));
+    if (def.motorTorque > 0) {
+        rows.makeMotor(rows.angular(frameA.col(0), S(0)), static_cast<S>(def.motorSpeed),
+                       static_cast<S>(def.motorTorque));
+    }
+}
+
+}  // namespace cairn

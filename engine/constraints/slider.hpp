@@ -1,0 +1,48 @@
+#pragma once
+// Slider: C = (y_a . d, z_a . d) with d = p_b - p_a (2 rows); C = log(R_b R_a^T) (3 rows); limits on the offset x_a .
+// d; a motor on its rate.
+#include <cairn/engine/constraints/joint_parts.hpp>
+
+namespace cairn {
+
+// One shared line: sliding along it is left. The offset is 0 at the time of adding and grows as b moves along +axis.
+struct SliderDef {
+    BodyId a = {}, b = {};         // two different bodies, at least one of them dynamic
+    Vec3d anchor = Vec3d::Zero();  // world, at the time of adding
+    Vec3d axis = Vec3d::UnitX();   // world, at the time of adding; any length but 0
+    double lower = -unlimited;     // m
+    double upper = unlimited;      // m
+    double motorSpeed = 0;         // m/s, of b against a
+    double motorForce = 0;         // N, the most the motor gives; 0: no motor
+    Softness softness = {};        // of the rows that hold the line; limits and motor stay hard
+    bool collide = false;          // whether a and b go on colliding with each other
+
+    static constexpr const char* typeName = "slider";
+};
+
+template <class S>
+void linearize(const SliderDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
+               RowWriter<S>& rows) {
+    const Mat3<S> frameA = (a.rotation * frames.a.rotation).toRotationMatrix();
+    const Vec3<S> armB = b.rotation * frames.b.position;
+    const Vec3<S> pointB = b.position + armB;
+    const Vec3<S> armA = pointB - a.position;
+    const Vec3<S> gap = pointB - a * frames.a.position;
+    for (int k = 1; k < 3; ++k) {
+        const Vec3<S> across = frameA.col(k);
+        rows.point(across, armA, armB, across.dot(gap));
+    }
+    rows.pointForce(2, armA, armB);
+    orientationRows(frames, a, b, rows);
+    const Vec3<S> axis = frameA.col(0);
+    Row<S> offset;
+    offset.a << -axis, -armA.cross(axis);
+    offset.b << axis, armB.cross(axis);
+    rows.limits(offset, axis.dot(gap), static_cast<S>(def.lower), static_cast<S>(def.upper));
+    if (def.motorForce > 0) {
+        rows.makeMotor(rows.point(axis, armA, armB, S(0)), static_cast<S>(def.motorSpeed),
+                       static_cast<S>(def.motorForce));
+    }
+}
+
+}  // namespace cairn

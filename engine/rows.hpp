@@ -1,0 +1,152 @@
+#pragma once
+// The one formulation. A row says
+//     C(x) + alpha lambda = 0,   lo <= lambda <= hi,
+// and pushes its two bodies with J^T lambda. The only place where sign, unit and frame are stated:
+//   C       m (linear rows) or rad (angular rows). C > 0 is open: a gap, room left before a limit.
+//   lambda  N or N m: a force, not an impulse, so that any solver, any step size and the next frame can reuse it.
+//           lambda > 0 drives C up.
+//   J       dC/dt = a . (v_a, w_a) + b . (v_b, w_b), twists in world axes about each body's centre of mass, linear part
+//   first. alpha   compliance, m/N or rad/(N m); damping in N s/m or N m s/rad acts beside it. lo, hi  N or N m. (-inf,
+//   inf): equality. (0, inf): C >= 0, pushing only.
+// A velocity row has no C: it asks J v = velocity (m/s or rad/s) as far as its bounds allow (motors, friction).
+#include <cairn/base/base.hpp>
+
+#include <limits>
+
+namespace cairn {
+
+template <class S>
+constexpr S infinity() {
+    return std::numeric_limits<S>::infinity();
+}
+
+template <class S>
+struct Row {
+    Vec6<S> a = Vec6<S>::Zero();
+    Vec6<S> b = Vec6<S>::Zero();
+    S C = 0;
+    S compliance = 0;
+    S damping = 0;
+    S lo = -infinity<S>();
+    S hi = infinity<S>();
+    S velocity = 0;
+    S lambda = 0;
+    bool isVelocity = false;
+    bool isAngular = false;
+
+    bool isSoft() const { return compliance > S(0) || damping > S(0); }
+    // How far the row is from being obeyed, >= 0, in the unit of C; 0 for rows that may give way.
+    S violation() const {
+        if (isVelocity || isSoft()) {
+            return S(0);
+        }
+        const S open = lo < S(0) ? std::max(S(0), C) : S(0);
+        const S shut = hi > S(0) ? std::max(S(0), -C) : S(0);
+        return std::max(open, shut);
+    }
+};
+
+// What the rows of one constraint have in common: their two bodies, and how their bounds hang together.
+enum class BlockKind : std::uint8_t {
+    Bounds,   // each row has its own bounds
+    Contact,  // row 0 pushes along the normal; |(lambda_1, lambda_2)| <= mu lambda_0, a true cone
+};
+
+template <class S>
+struct RowBlock {
+    int a = -1;  // bodies, indices into the island
+    int b = -1;
+    int first = 0;  // row
+    int count = 0;
+    BlockKind kind = BlockKind::Bounds;
+    S friction = 0;        // sliding
+    S staticFriction = 0;  // sticking, >= friction
+    // The first `pointRows` rows are the components of a force that acts at armA from the centre of a and at armB from
+    // that of b (m, world): what a solver needs for the geometric stiffness of the block. 0: no such rows.
+    int pointRows = 0;
+    Vec3<S> armA = Vec3<S>::Zero();
+    Vec3<S> armB = Vec3<S>::Zero();
+};
+
+// Collects the rows of a constraint while it is linearised.
+template <class S>
+class RowWriter {
+public:
+    RowWriter(std::vector<Row<S>>& rows, RowBlock<S>& block) : rows_(rows), block_(block) {}
+
+    // C = n . (p_b - p_a) for a direction n that a carries with it and points of the bodies. `armA` and `armB` run from
+    // the centres of mass to p_b: both bodies are pushed at one place, so that angular momentum is conserved whatever
+    // the gap.
+    Row<S>& point(const Vec3<S>& n, const Vec3<S>& armA, const Vec3<S>& armB, S C) {
+        Row<S>& row = push();
+        row.a << -n, -armA.cross(n);
+        row.b << n, armB.cross(n);
+        row.C = C;
+        return row;
+    }
+
+    // A row that turns b against a about `axis` (world; any length): J = axis . (w_b - w_a).
+    Row<S>& angular(const Vec3<S>& axis, S C) {
+        Row<S>& row = push();
+        row.a.template tail<3>() = -axis;
+        row.b.template tail<3>() = axis;
+        row.C = C;
+        row.isAngular = true;
+        return row;
+    }
+
+    // Two one-sided rows that keep `value`, whose gradient is that of `like`, within [lower, upper].
+    void limits(const Row<S>& like, S value, S lower, S upper) {
+        const Row<S> gradient = like;
+        if (lower > -infinity<S>()) {
+            Row<S>& row = push();
+            row = gradient;
+            row.C = value - lower;
+            row.lo = S(0);
+            row.hi = infinity<S>();
+        }
+        if (upper < infinity<S>()) {
+            Row<S>& row = push();
+            row = gradient;
+            row.a = -row.a;
+            row.b = -row.b;
+            row.C = upper - value;
+            row.lo = S(0);
+            row.hi = infinity<S>();
+        }
+    }
+
+    // Makes the last row a motor: J v = speed with at most `most` N or N m.
+    static void makeMotor(Row<S>& row, S speed, S most) {
+        row.isVelocity = true;
+        row.velocity = speed;
+        row.lo = -most;
+        row.hi = most;
+    }
+
+    void pointForce(int pointRows, const Vec3<S>& armA, const Vec3<S>& armB) {
+        block_.pointRows = pointRows;
+        block_.armA = armA;
+        block_.armB = armB;
+    }
+
+private:
+    Row<S>& push() {
+        ++block_.count;
+        return rows_.emplace_back();
+    }
+
+    std::vector<Row<S>>& rows_;
+    RowBlock<S>& block_;
+};
+
+// Where a joint sits on its two bodies: poses of the joint's frame in each body's frame about its centre of mass. x is
+// the axis.
+template <class S>
+struct JointFrames {
+    Pose<S> a;
+    Pose<S> b;
+    S length = 0;  // m, the distance of the two anchors at the time of adding
+};
+
+}  // namespace cairn
