@@ -2,6 +2,9 @@
 // A convex polyhedron: what FCL's Convex lacks (planes, edges, adjacency), made once and shared.
 #include <cairn/base/base.hpp>
 
+#include <array>
+#include <vector>
+
 namespace cairn {
 
 struct Hull {
@@ -16,6 +19,11 @@ struct Hull {
     std::vector<std::array<int, 2>> edges;     // each once, first < second
     Vec3d centre = Vec3d::Zero();              // mean of the vertices: strictly inside
 };
+
+// Checks and completes a closed convex polyhedron; see hull() in shape.hpp for what is asked of it. Coplanar
+// neighbouring faces (a box cut into triangles) become one face, so that contacts are clipped against the whole of it;
+// vertices that are then no corner are left out.
+Hull makeHull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces);
 
 // Index of the vertex farthest along `direction`, by hill climbing from `start`; ties go to the lowest index reached.
 int supportVertex(const Hull& hull, const Vec3d& direction, int start = 0);

@@ -42,9 +42,11 @@ Shape box(const Vec3d& halfExtents);
 Shape cylinder(double radius, double halfHeight);
 Shape cone(double radius, double halfHeight);
 Shape ellipsoid(const Vec3d& semiAxes);
+// The solid side is below the plane normal . x = offset; normal need not be unit, offset is in m all the same.
 Shape halfSpace(const Vec3d& normal, double offset);
 // A closed convex polyhedron. faces: vertex loops, counter-clockwise seen from outside, planar within 1e-6 of the size.
-// Throws InputError when it is flat, open or not convex. (assets::convexHull makes one from any points.)
+// Coplanar neighbours become one face. Throws InputError when it is flat (thinner than minShapeSize()), open or not
+// convex, or when a vertex is on no face. (assets::convexHull makes one from any points.)
 Shape hull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces);
 // Static triangles, one-sided. Throws InputError on indices out of range, non-finite vertices, or no triangle with
 // area.
@@ -61,7 +63,8 @@ struct MassProperties {
     Mat3d inertia = Mat3d::Zero();  // about the centre of mass, body axes, kg m2
 };
 
-// Sum over the shapes at their materials' densities. Half-spaces and meshes have no mass and throw InputError.
+// Sum over the shapes at their materials' densities. Half-spaces and meshes have no mass and throw InputError; no
+// shapes at all have mass 0.
 MassProperties massProperties(std::span<const Shape> shapes);
 
 struct Aabb {
@@ -78,12 +81,13 @@ struct Aabb {
     bool isFinite() const { return min.allFinite() && max.allFinite(); }
 };
 
-// The tight box of the shapes of a body at a pose; infinite where a half-space is.
+// The tight box of the shapes of a body at a pose; infinite where a half-space is, save along a world axis that its
+// normal lies on exactly. Without shapes: the body's origin.
 Aabb bounds(std::span<const Shape> shapes, const Posed& worldFromBody);
 // The largest distance of a point of the shapes from `centre` (body frame), m; infinite for half-spaces.
 double boundingRadius(std::span<const Shape> shapes, const Vec3d& centre);
 // The smallest distance from an inner point to the surface, m: what a fast body can move in a step without passing a
-// wall.
+// wall. A lower bound for hulls; 0 for meshes, infinite for half-spaces.
 double innerRadius(const Shape& shape);
 
 // The surface as triangles in the body's frame, for drawing. Curved shapes are cut finely enough to look round at a

@@ -1,0 +1,132 @@
+#include <cairn/base/base.hpp>
+#include <cairn/collision/collision_mesh.hpp>
+#include <cairn/collision/hull.hpp>
+#include <cairn/collision/shape.hpp>
+
+#include <cmath>
+
+namespace cairn {
+
+namespace {
+
+std::string text(double value) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%g", value);
+    return buffer;
+}
+
+void requireSize(const std::string& field, double value) {
+    if (!std::isfinite(value)) {
+        throw InputError(field, text(value), "give a finite length in m");
+    }
+    if (value <= 0) {
+        throw InputError(field, text(value), "give a positive length in m");
+    }
+    if (value < minShapeSize()) {
+        throw InputError(field, text(value),
+                         "give at least " + text(minShapeSize()) + " m, or scale the scene up: contacts of thinner " +
+                             "shapes are not reliable");
+    }
+}
+
+Shape sized(ShapeKind kind, const Vec3d& size) {
+    Shape shape;
+    shape.kind = kind;
+    shape.size = size;
+    return shape;
+}
+
+Shape standing(ShapeKind kind, double radius, double halfHeight) {
+    const std::string shapeName = name(kind);
+    requireSize(shapeName + ".radius", radius);
+    requireSize(shapeName + ".halfHeight", halfHeight);
+    return sized(kind, {radius, halfHeight, 0});
+}
+
+Shape withAxes(ShapeKind kind, const char* field, const Vec3d& axes) {
+    const char* letters[] = {".x", ".y", ".z"};
+    for (int i = 0; i < 3; ++i) {
+        requireSize(std::string(name(kind)) + "." + field + letters[i], axes[i]);
+    }
+    return sized(kind, axes);
+}
+
+}  // namespace
+
+const char* name(ShapeKind kind) {
+    switch (kind) {
+        case ShapeKind::Sphere:
+            return "sphere";
+        case ShapeKind::Capsule:
+            return "capsule";
+        case ShapeKind::Box:
+            return "box";
+        case ShapeKind::Cylinder:
+            return "cylinder";
+        case ShapeKind::Cone:
+            return "cone";
+        case ShapeKind::Ellipsoid:
+            return "ellipsoid";
+        case ShapeKind::Hull:
+            return "hull";
+        case ShapeKind::HalfSpace:
+            return "halfspace";
+        case ShapeKind::Mesh:
+            return "mesh";
+    }
+    return "unknown";
+}
+
+Shape sphere(double radius) {
+    requireSize("sphere.radius", radius);
+    return sized(ShapeKind::Sphere, {radius, 0, 0});
+}
+
+Shape capsule(double radius, double halfHeight) {
+    return standing(ShapeKind::Capsule, radius, halfHeight);
+}
+
+Shape box(const Vec3d& halfExtents) {
+    return withAxes(ShapeKind::Box, "halfExtents", halfExtents);
+}
+
+Shape cylinder(double radius, double halfHeight) {
+    return standing(ShapeKind::Cylinder, radius, halfHeight);
+}
+
+Shape cone(double radius, double halfHeight) {
+    return standing(ShapeKind::Cone, radius, halfHeight);
+}
+
+Shape ellipsoid(const Vec3d& semiAxes) {
+    return withAxes(ShapeKind::Ellipsoid, "semiAxes", semiAxes);
+}
+
+Shape halfSpace(const Vec3d& normal, double offset) {
+    const double length = normal.stableNorm();
+    if (!std::isfinite(length) || length <= 0) {
+        throw InputError("halfspace.normal",
+                         "(" + text(normal.x()) + ", " + text(normal.y()) + ", " + text(normal.z()) + ")",
+                         "give a finite direction that is not zero");
+    }
+    if (!std::isfinite(offset)) {
+        throw InputError("halfspace.offset", text(offset), "give a finite distance in m");
+    }
+    Shape shape = sized(ShapeKind::HalfSpace, normal / length);
+    shape.offset = offset;
+    return shape;
+}
+
+Shape hull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces) {
+    Shape shape = sized(ShapeKind::Hull, Vec3d::Zero());
+    shape.hull = std::make_shared<const Hull>(makeHull(std::move(vertices), std::move(faces)));
+    return shape;
+}
+
+Shape mesh(const TriangleMesh& triangles) {
+    Shape shape = sized(ShapeKind::Mesh, Vec3d::Zero());
+    shape.mesh = std::make_shared<const CollisionMesh>(triangles);
+    return shape;
+}
+
+}  // namespace cairn
