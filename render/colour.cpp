@@ -83,7 +83,7 @@ Colour palette(std::size_t index) {
                                                   {0.72f, 0.14f, 355},
                                                   {0.78f, 0.17f, 125},
                                                   {0.52f, 0.09f, 55}}};
-    static constexpr std::array<float, 3> lift = {0, 0.10f, -0.13f};
+    static constexpr std::array<float, 3> lift = {0, 0.11f, -0.09f};
     const Lch& lch = base[index % base.size()];
     const float lightness = std::clamp(lch.lightness + lift[(index / base.size()) % lift.size()], 0.3f, 0.92f);
     return fromLch(lightness, lch.chroma, lch.hue);

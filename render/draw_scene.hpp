@@ -42,7 +42,7 @@ struct Camera {
 };
 
 struct Sun {
-    Vec3f direction = {-0.45f, -1.0f, -0.35f};  // the way the light travels; any length but 0
+    Vec3f direction = {0.55f, -1.0f, -0.5f};  // the way the light travels; any length but 0
     Colour colour = {1, 0.97f, 0.92f, 1};
     float intensity = 1;  // 1 exposes a surface that faces the sun just below white
     bool shadows = true;

@@ -32,6 +32,7 @@ struct FrameBlock {  // std140, mirrors shaders::frame
     std::array<float, 16> shadowMatrix;
     std::array<float, 4> eye, cameraX, cameraY, cameraZ, toSun, sunColour, groundColour, groundShape, groundPhase,
         backgroundBottom, backgroundTop, sizes, occlusion;
+    std::array<int, 4> taps;
 };
 
 struct Vertex {
@@ -700,8 +701,8 @@ void Renderer::Impl::fillFrame(const DrawScene& scene) {
     extent = std::max(extent, std::min(farthest, 20 * distance));
     const float groundY = scene.ground.height - origin_.y();
     groundSeen_ = scene.ground.visible && eye.y() > groundY;
-    const float fadeFrom = 1.5f * extent;
-    const float fadeTo = 7 * extent;
+    const float fadeFrom = 0.8f * extent;
+    const float fadeTo = 4.5f * extent;
     if (groundSeen_) {
         include(eye, 0);
         farthest = std::max(farthest, distance + fadeTo);
@@ -743,6 +744,7 @@ void Renderer::Impl::fillFrame(const DrawScene& scene) {
     // A twentieth of the picture at the target: wide enough for contacts to read, narrow enough to stay local.
     frame_.occlusion = {0.1f * distance * view.tanY, scene.ambientOcclusion ? 1.f : 0.f,
                         static_cast<float>((scene.width + 1) / 2), static_cast<float>((scene.height + 1) / 2)};
+    frame_.taps = {12, 10, 16, 0};
     fitShadow(scene, view, farthest);
 
     gl_.BindBuffer(GL_UNIFORM_BUFFER, frameBuffer_);
@@ -909,10 +911,10 @@ Image Renderer::Impl::render(const DrawScene& scene) {
     gl_.Disable(GL_DEPTH_TEST);
     drawScreen(backgroundProgram_);
     gl_.Enable(GL_DEPTH_TEST);
-    gl_.Enable(GL_BLEND);
-    gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     // Bodies before the ground, so that the ground under them is not shaded in vain.
     drawBatches(bodyProgram_, viewProjection_, opaque_);
+    gl_.Enable(GL_BLEND);
+    gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     if (groundSeen_) {
         gl_.UseProgram(groundProgram_);
         gl_.BindVertexArray(emptyArray_);

@@ -22,6 +22,8 @@ layout(std140) uniform Frame {
     vec4 backgroundTop;
     vec4 sizes;           // picture width and height (pixels), side of a shadow texel (m) and in map coordinates
     vec4 occlusion;       // radius (m), 1 if there is a map, width and height of the map (pixels)
+    ivec4 taps;           // of shadow, occlusion and blur: constants, given late so that loops stay loops, because
+                          // unrolled ones take software renderers a second to compile
 };
 )";
 
@@ -73,18 +75,16 @@ float sunShare(vec3 p, vec3 n) {
                 texture(shadowMap, vec3(q.xy + texel * vec2(1.95, -1.95), q.z)) +
                 texture(shadowMap, vec3(q.xy + texel * vec2(-1.95, 1.95), q.z)) +
                 texture(shadowMap, vec3(q.xy + texel * vec2(1.95, 1.95), q.z));
-    float taps = 4.0;
     if (sum > 0.0 && sum < 4.0) {
-        for (int i = 1; i < 15; ++i) {
-            if (i == 3 || i == 12) {
-                continue;
-            }
-            vec2 step = vec2(float(i % 4), float(i / 4)) - 1.5;
+        // The other twelve of a 4 x 4 grid with these corners.
+        for (int i = 0; i < taps.x; ++i) {
+            int cell = i + 1 + int(i >= 2) + int(i >= 10);
+            vec2 step = vec2(float(cell & 3), float(cell >> 2)) - 1.5;
             sum += texture(shadowMap, vec3(q.xy + 1.3 * texel * step, q.z));
         }
-        taps = 16.0;
+        sum *= 0.25;
     }
-    float share = sum / taps;
+    float share = 0.25 * sum;
     float fade = clamp(min(rim.x, rim.y) * 20.0, 0.0, 1.0);
     return mix(1.0, share, fade);
 }
@@ -201,7 +201,7 @@ void main() {
     // The checks are the sign of a square wave in x times one in z. Each wave is averaged over the pixel through its
     // integral, a triangle wave, so that far checks melt into their mean instead of flickering.
     vec2 cells = (worldPosition.xz + groundPhase.xy) / (2.0 * groundShape.y);
-    vec2 width = max(abs(dFdx(cells)) + abs(dFdy(cells)), 1e-5) * 1.5;
+    vec2 width = max(abs(dFdx(cells)) + abs(dFdy(cells)), 1e-5) * 2.0;
     vec2 from = cells - 0.5 * width;
     vec2 to = cells + 0.5 * width;
     vec2 wave = vec2(triangle(to.x) - triangle(from.x), triangle(to.y) - triangle(from.y)) / (2.0 * width);
@@ -223,7 +223,6 @@ inline constexpr const char* occlusionFragment = R"(
 in vec2 ndc;
 uniform sampler2D surfaceMap;
 out vec2 result;
-const int taps = 10;
 vec3 place(ivec2 at, float depth) {
     vec2 p = (vec2(at) + 0.5) / occlusion.zw * 2.0 - 1.0;
     return depth * (cameraZ.xyz + p.x * cameraX.xyz + p.y * cameraY.xyz);
@@ -238,13 +237,15 @@ void main() {
     vec3 p = place(at, here.w);
     float reach = occlusion.x / (here.w * length(cameraY.xyz)) * 0.5 * occlusion.w;
     reach = min(reach, 0.12 * occlusion.w);
+    // Far off, where the radius shrinks to a few pixels, neighbours tell nothing.
+    float strength = 2.2 * clamp((reach - 1.5) / 6.0, 0.0, 1.0);
     // Sixteen turns in a 4 x 4 pattern; the blur that follows averages just one pattern.
     int cell = (at.x & 3) * 4 + (at.y & 3);
     float turn = float((cell * 7) & 15) / 16.0;
     float filled = 0.0;
     ivec2 last = ivec2(occlusion.zw) - 1;
-    for (int i = 0; i < taps; ++i) {
-        float share = (float(i) + 0.5) / float(taps);
+    for (int i = 0; i < taps.y; ++i) {
+        float share = (float(i) + 0.5) / float(taps.y);
         float angle = 6.2831853 * (turn + 0.381966 * float(i));
         ivec2 there = at + ivec2(round(reach * share * vec2(cos(angle), sin(angle))));
         vec4 other = texelFetch(surfaceMap, clamp(there, ivec2(0), last), 0);
@@ -257,7 +258,7 @@ void main() {
         float near = max(0.0, 1.0 - squared / (occlusion.x * occlusion.x));
         filled += near * max(0.0, height - 0.10);
     }
-    result = vec2(max(0.0, 1.0 - 2.0 * filled / float(taps)), here.w);
+    result = vec2(max(0.0, 1.0 - strength * filled / float(taps.y)), here.w);
 }
 )";
 
@@ -271,7 +272,7 @@ void main() {
     float depth = texelFetch(rawMap, at, 0).g;
     float sum = 0.0;
     float total = 0.0;
-    for (int i = 0; i < 16; ++i) {
+    for (int i = 0; i < taps.z; ++i) {
         vec2 other = texelFetch(rawMap, clamp(at + ivec2(i & 3, i >> 2) - 2, ivec2(0), last), 0).rg;
         float weight = 1.0 / (0.01 + abs(other.g - depth) / occlusion.x);
         sum += weight * other.r;
