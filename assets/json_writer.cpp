@@ -1,0 +1,349 @@
+// The archives that write: the structs of scene_file.hpp as JSON, and their table as a JSON Schema.
+#include <cairn/assets/scene_file.hpp>
+
+#include <bit>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace cairn::scene_file {
+
+namespace {
+
+using json = nlohmann::ordered_json;  // fields in the table's order
+
+json valueOf(double x) {
+    return x;
+}
+json valueOf(int x) {
+    return x;
+}
+json valueOf(std::uint32_t x) {
+    return x;
+}
+json valueOf(bool x) {
+    return x;
+}
+json valueOf(const std::string& x) {
+    return x;
+}
+json valueOf(BodyType x) {
+    return bodyTypes[static_cast<std::size_t>(x)];
+}
+json valueOf(const BodyRef& x) {
+    return x.index >= 0 ? json(x.index) : json(x.name);
+}
+json valueOf(const Vec3d& x) {
+    return {x.x(), x.y(), x.z()};
+}
+json valueOf(const Quatd& x) {
+    return {x.x(), x.y(), x.z(), x.w()};
+}
+
+template <class T, std::size_t N>
+json valueOf(std::array<T, N>& list) {
+    return json(list);
+}
+template <class T>
+json valueOf(std::vector<T>& list);
+template <class T>
+json valueOf(std::optional<T>& value);
+template <class T>
+json valueOf(std::map<std::string, T>& map);
+template <Record Struct>
+json valueOf(Struct& value);
+
+// Equal to the last bit: 0 and -0 differ.
+bool same(const json& a, const json& b) {
+    if (a.is_number_float() && b.is_number_float()) {
+        return std::bit_cast<std::uint64_t>(a.get<double>()) == std::bit_cast<std::uint64_t>(b.get<double>());
+    }
+    if (a.is_array() && b.is_array()) {
+        return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
+    }
+    return a == b;
+}
+
+void requireFinite(const std::string& name, const json& value) {
+    if (value.is_number_float() && !std::isfinite(value.get<double>())) {
+        throw InputError(name, std::to_string(value.get<double>()),
+                         "give a finite number; a scene file holds no other");
+    }
+    if (value.is_array()) {
+        for (const json& element : value) {
+            requireFinite(name, element);
+        }
+    }
+}
+
+class ObjectWriter {
+public:
+    template <class T>
+    void field(const char* name, T& value, const Rule& rule) {
+        all_[name] = valueOf(value);
+        if (rule.required) {
+            required_.push_back(name);
+        }
+    }
+    void jointType(const char* name, JointDef& def) {
+        all_[name] = scene_file::jointType(def);
+        required_.push_back(name);
+    }
+    void oneOf(std::initializer_list<const char*>) {}
+    void together(const char*, const char*) {}
+
+    const json& all() const { return all_; }
+
+    // The fields that are required or that differ from `defaults`.
+    json without(const ObjectWriter& defaults) const {
+        json out = json::object();
+        for (const auto& [name, value] : all_.items()) {
+            const bool required = std::find(required_.begin(), required_.end(), name) != required_.end();
+            if (required || !same(value, defaults.all_.at(name))) {
+                requireFinite(name, value);
+                out[name] = value;
+            }
+        }
+        return out;
+    }
+
+private:
+    json all_ = json::object();
+    std::vector<std::string> required_;
+};
+
+template <class Struct>
+Struct blankLike(const Struct&) {
+    return {};
+}
+JointFields blankLike(const JointFields& joint) {
+    return {.def = makeJoint(joint.def.index())};
+}
+
+template <class T>
+json valueOf(std::vector<T>& list) {
+    json out = json::array();
+    for (T& element : list) {
+        out.push_back(valueOf(element));
+    }
+    return out;
+}
+
+template <class T>
+json valueOf(std::optional<T>& value) {
+    return value ? valueOf(*value) : json();
+}
+
+template <class T>
+json valueOf(std::map<std::string, T>& map) {
+    json out = json::object();
+    for (auto& [name, element] : map) {
+        out[name] = valueOf(element);
+    }
+    return out;
+}
+
+template <Record Struct>
+json valueOf(Struct& value) {
+    Struct blank = blankLike(value);
+    ObjectWriter mine;
+    ObjectWriter defaults;
+    describe(mine, value);
+    describe(defaults, blank);
+    return mine.without(defaults);
+}
+
+void printOnOneLine(const json& value, std::string& out) {
+    if (!value.is_structured() || value.empty()) {
+        out += value.dump();
+        return;
+    }
+    out += value.is_object() ? "{ " : "[";
+    for (auto it = value.begin(); it != value.end(); ++it) {
+        out += it == value.begin() ? "" : ", ";
+        if (value.is_object()) {
+            out += json(it.key()).dump();
+            out += ": ";
+        }
+        printOnOneLine(*it, out);
+    }
+    out += value.is_object() ? " }" : "]";
+}
+
+// As a person would set it: what fits in a line stands in a line.
+void print(const json& value, std::size_t indent, std::size_t used, std::string& out) {
+    constexpr std::size_t width = 120;
+    constexpr std::size_t step = 2;
+    std::string line;
+    printOnOneLine(value, line);
+    if (!value.is_structured() || used + line.size() < width) {
+        out += line;
+        return;
+    }
+    out += value.is_object() ? "{" : "[";
+    for (auto it = value.begin(); it != value.end(); ++it) {
+        out += it == value.begin() ? "\n" : ",\n";
+        out.append(indent + step, ' ');
+        const std::size_t start = out.size();
+        if (value.is_object()) {
+            out += json(it.key()).dump();
+            out += ": ";
+        }
+        print(*it, indent + step, indent + step + out.size() - start, out);
+    }
+    out += "\n";
+    out.append(indent, ' ');
+    out += value.is_object() ? "}" : "]";
+}
+
+std::string printed(const json& value) {
+    std::string out;
+    print(value, 0, 0, out);
+    return out + "\n";
+}
+
+json numberSchema(const char* type, const Rule& rule) {
+    json out = {{"type", type}};
+    if (std::isfinite(rule.least)) {
+        out[rule.above ? "exclusiveMinimum" : "minimum"] = rule.least;
+    }
+    if (std::isfinite(rule.most)) {
+        out[rule.below ? "exclusiveMaximum" : "maximum"] = rule.most;
+    }
+    return out;
+}
+
+json listSchema(const json& items, std::size_t fewest, std::size_t most = SIZE_MAX) {
+    json out = {{"type", "array"}, {"items", items}};
+    if (fewest > 0) {
+        out["minItems"] = fewest;
+    }
+    if (most != SIZE_MAX) {
+        out["maxItems"] = most;
+    }
+    return out;
+}
+
+class SchemaWriter {
+public:
+    template <class T>
+    void field(const char* name, T& value, const Rule& rule) {
+        json entry = schemaOf(value, rule);
+        entry["description"] = rule.text;
+        const json standard = valueOf(value);
+        const bool inRange =
+            !standard.is_number() || (standard.get<double>() >= rule.least && std::isfinite(standard.get<double>()));
+        if (!rule.required && inRange && !standard.is_null() && !standard.empty() && standard != "") {
+            entry["default"] = standard;
+        }
+        properties_[name] = entry;
+        if (rule.required) {
+            required_.push_back(name);
+        }
+    }
+    void jointType(const char* name, JointDef& def) {
+        properties_[name] = {{"const", scene_file::jointType(def)}};
+        required_.push_back(name);
+    }
+    void oneOf(std::initializer_list<const char*> names) {
+        for (const char* name : names) {
+            oneOf_.push_back({{"required", json::array({name})}});
+        }
+    }
+    void together(const char* first, const char* second) {
+        dependent_[first] = json::array({second});
+        dependent_[second] = json::array({first});
+    }
+
+    json object() const {
+        json out = {{"type", "object"}, {"properties", properties_}, {"additionalProperties", false}};
+        if (!required_.empty()) {
+            out["required"] = required_;
+        }
+        if (!oneOf_.empty()) {
+            out["oneOf"] = oneOf_;
+        }
+        if (!dependent_.empty()) {
+            out["dependentRequired"] = dependent_;
+        }
+        return out;
+    }
+
+    static json schemaOf(double, const Rule& rule) { return numberSchema("number", rule); }
+    static json schemaOf(int, const Rule& rule) { return numberSchema("integer", rule); }
+    static json schemaOf(std::uint32_t, const Rule& rule) { return numberSchema("integer", rule); }
+    static json schemaOf(bool, const Rule&) { return {{"type", "boolean"}}; }
+    static json schemaOf(const std::string&, const Rule&) { return {{"type", "string"}}; }
+    static json schemaOf(BodyType, const Rule&) { return {{"enum", bodyTypes}}; }
+    static json schemaOf(const BodyRef&, const Rule&) { return {{"type", {"string", "integer"}}, {"minimum", 0}}; }
+    static json schemaOf(const Vec3d&, const Rule& rule) { return listSchema(numberSchema("number", rule), 3, 3); }
+    static json schemaOf(const Quatd&, const Rule& rule) { return listSchema(numberSchema("number", rule), 4, 4); }
+    template <class T, std::size_t N>
+    static json schemaOf(std::array<T, N>&, const Rule& rule) {
+        return listSchema(schemaOf(T{}, rule), N, N);
+    }
+    template <class T>
+    static json schemaOf(std::vector<T>&, const Rule& rule) {
+        T element{};
+        Rule ofElements = rule;
+        ofElements.fewest = 0;
+        return listSchema(schemaOf(element, ofElements), rule.fewest);
+    }
+    template <class T>
+    static json schemaOf(std::optional<T>&, const Rule& rule) {
+        T value{};
+        return schemaOf(value, rule);
+    }
+    template <class T>
+    static json schemaOf(std::map<std::string, T>&, const Rule& rule) {
+        T element{};
+        return {{"type", "object"}, {"additionalProperties", schemaOf(element, rule)}};
+    }
+    static json schemaOf(JointFields&, const Rule&) {
+        json kinds = json::array();
+        for (std::size_t i = 0; i < jointTypes.size(); ++i) {
+            JointFields joint{.def = makeJoint(i)};
+            kinds.push_back(objectSchema(joint));
+        }
+        return {{"oneOf", kinds}};
+    }
+    template <Record Struct>
+    static json schemaOf(Struct& value, const Rule&) {
+        return objectSchema(value);
+    }
+
+private:
+    template <class Struct>
+    static json objectSchema(Struct& value) {
+        SchemaWriter writer;
+        describe(writer, value);
+        return writer.object();
+    }
+
+    json properties_ = json::object();
+    json required_ = json::array();
+    json oneOf_ = json::array();
+    json dependent_ = json::object();
+};
+
+}  // namespace
+
+std::string write(SceneFile& file) {
+    try {
+        return printed(valueOf(file));
+    } catch (const json::type_error& error) {
+        throw InputError("name or description", "(not UTF-8)", error.what());
+    }
+}
+
+std::string schema() {
+    SceneFile file;
+    json out = {
+        {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+        {"title", "Cairn scene"},
+        {"description",
+         "m, kg, s, rad; y is up by default. Unknown fields are errors. Names of bodies and joints are unique."}};
+    out.update(SchemaWriter::schemaOf(file, {""}));
+    return printed(out);
+}
+
+}  // namespace cairn::scene_file

@@ -1,0 +1,415 @@
+#pragma once
+// Inside assets/: a scene file as plain structs, and the one table of its fields. Each describe() tells an archive the
+// name, place and rule of every field; the reader, the writer and the schema (json_*.hpp) are three such archives, so
+// what is loaded, written and published cannot drift apart.
+#include <cairn/assets/scene.hpp>
+
+#include <map>
+#include <numbers>
+
+namespace cairn::scene_file {
+
+inline constexpr int version = 1;
+
+// What a field's value must be. Limits hold for every number of a vector.
+struct Rule {
+    const char* text;  // unit and meaning: the schema's description and a part of error messages
+    double least = -unlimited;
+    double most = unlimited;
+    bool above = false;  // least itself is not allowed
+    bool below = false;  // most itself is not allowed
+    bool required = false;
+    std::size_t fewest = 0;  // elements of a list
+};
+
+// A body by its name or by its place in `bodies`.
+struct BodyRef {
+    std::string name = {};
+    int index = -1;  // < 0: by name
+};
+
+struct BoxFields {
+    Vec3d halfExtents = Vec3d::Zero();
+};
+struct SphereFields {
+    double radius = 0;
+};
+struct StandingFields {  // capsule, cylinder, cone
+    double radius = 0;
+    double halfHeight = 0;
+};
+struct EllipsoidFields {
+    Vec3d radii = Vec3d::Zero();
+};
+struct HullFields {
+    std::vector<Vec3d> points = {};
+    std::string file = {};
+    double scale = 1;
+    int maxVertices = 0;
+    std::vector<Vec3d> vertices = {};
+    std::vector<std::vector<int>> faces = {};
+};
+struct MeshFields {
+    std::string file = {};
+    double scale = 1;
+    std::vector<Vec3d> vertices = {};
+    std::vector<std::array<int, 3>> triangles = {};
+};
+struct HeightfieldFields {
+    std::string file = {};
+    double scale = 1;
+    std::vector<std::vector<double>> heights = {};
+    double cellSize = 1;
+};
+struct HalfSpaceFields {
+    Vec3d normal = Vec3d::UnitY();
+    double offset = 0;
+};
+
+struct ShapeFields {
+    std::optional<BoxFields> box = {};
+    std::optional<SphereFields> sphere = {};
+    std::optional<StandingFields> capsule = {};
+    std::optional<StandingFields> cylinder = {};
+    std::optional<StandingFields> cone = {};
+    std::optional<EllipsoidFields> ellipsoid = {};
+    std::optional<HullFields> hull = {};
+    std::optional<MeshFields> mesh = {};
+    std::optional<HeightfieldFields> heightfield = {};
+    std::optional<HalfSpaceFields> halfspace = {};
+    Posed pose = {};
+    std::string material = {};
+    std::optional<double> friction = {};
+    std::optional<double> staticFriction = {};
+    std::optional<double> restitution = {};
+    std::optional<double> density = {};
+};
+
+struct BodyFields {
+    BodyDef def = {};  // but for its shapes
+    std::vector<ShapeFields> shapes = {};
+};
+
+struct JointFields {
+    std::string name = {};
+    BodyRef a = {}, b = {};
+    JointDef def = {};  // but for its bodies
+};
+
+struct WorldFields {
+    WorldDef def = {};
+    double dt = Scene{}.dt;
+};
+
+struct SceneFile {
+    int cairn = 0;
+    std::string schema = {};
+    std::string name = {};
+    std::string description = {};
+    double seconds = Scene{}.seconds;
+    SceneView view = {};
+    WorldFields world = {};
+    std::map<std::string, Material> materials = {};
+    std::vector<BodyFields> bodies = {};
+    std::vector<JointFields> joints = {};
+};
+
+// The words of an enumeration or of a variant's alternatives, in order.
+inline constexpr std::array bodyTypes = {"static", "kinematic", "dynamic"};
+inline constexpr std::array jointTypes = {"ball", "hinge", "slider", "weld", "distance", "cone_twist"};
+static_assert(jointTypes.size() == std::variant_size_v<JointDef>, "one word for each joint");
+
+inline const char* jointType(const JointDef& def) {
+    return jointTypes[def.index()];
+}
+
+// A joint of the named type with the type's defaults; `index` into jointTypes.
+template <std::size_t I = 0>
+JointDef makeJoint(std::size_t index) {
+    if constexpr (I + 1 < std::variant_size_v<JointDef>) {
+        if (index != I) {
+            return makeJoint<I + 1>(index);
+        }
+    }
+    return JointDef(std::in_place_index<I>);
+}
+
+template <class A>
+void describe(A& a, SolverDef& d) {
+    a.field("name", d.name, {"which solver; auto picks one for each island"});
+    a.field("iterations", d.iterations, {"sweeps or Newton rounds a sub-step; 0: the solver's default", 0, 1e6});
+    a.field("substeps", d.substeps, {"sub-steps a step; 0: the solver's default", 0, 1e6});
+    a.field(
+        "relaxation", d.relaxation,
+        {.text = "over-relaxation of a sweep, below 2; 0: the solver's default", .least = 0, .most = 2, .below = true});
+    a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
+    a.field("tolerance", d.tolerance, {"m/s: the direct solver ends below it; 0: the solver's default", 0});
+    a.field("directWork", d.directWork, {"most multiply-adds of one island's factor under auto; 0: the default", 0});
+}
+
+template <class A>
+void describe(A& a, SleepDef& d) {
+    a.field("enabled", d.enabled, {"whether bodies at rest fall asleep"});
+    a.field("distance", d.distance, {"m: a body that moved less over `time` is at rest", 0});
+    a.field("time", d.time, {"s", 0});
+}
+
+template <class A>
+void describe(A& a, WorldFields& w) {
+    a.field("gravity", w.def.gravity, {"m/s2"});
+    a.field("dt", w.dt, {.text = "s, length of a step, at most 1", .least = 0, .most = 1, .above = true});
+    a.field("solver", w.def.solver, {"which solver, and its numbers"});
+    a.field("sleep", w.def.sleep, {"when bodies stop being computed"});
+    a.field("threads", w.def.threads, {"worker threads; they never change the result", 1, 1024});
+    a.field("contactMargin", w.def.contactMargin, {"m: gap at which contacts are looked for", 0});
+    a.field("restitutionSpeed", w.def.restitutionSpeed, {"m/s: slower approaches do not bounce", 0});
+    a.field("maxPushOutSpeed", w.def.maxPushOutSpeed, {"m/s: penetration is pushed out no faster", 0});
+}
+
+template <class A>
+void describe(A& a, SceneView& v) {
+    a.field("eye", v.eye, {"m, where the camera is"});
+    a.field("target", v.target, {"m, what it looks at"});
+    a.field("fov", v.fov,
+            {.text = "degrees, vertical opening, below 180", .least = 0, .most = 180, .above = true, .below = true});
+}
+
+inline constexpr Rule frictionRule = {"sliding Coulomb coefficient", 0};
+inline constexpr Rule staticFrictionRule = {"sticking Coulomb coefficient, at least friction; left out: the same", 0};
+inline constexpr Rule restitutionRule = {"share of the approach speed that a bounce gives back", 0, 1};
+inline constexpr Rule densityRule = {.text = "kg/m3", .least = 0, .above = true};
+
+template <class A>
+void describe(A& a, Material& m) {
+    a.field("friction", m.friction, frictionRule);
+    a.field("staticFriction", m.staticFriction, staticFrictionRule);
+    a.field("restitution", m.restitution, restitutionRule);
+    a.field("density", m.density, densityRule);
+}
+
+inline constexpr Rule lengthRule(const char* text) {
+    return {.text = text, .least = minShapeSize(), .required = true};
+}
+
+template <class A>
+void describe(A& a, BoxFields& s) {
+    a.field("halfExtents", s.halfExtents, lengthRule("m, half the length of each side"));
+}
+
+template <class A>
+void describe(A& a, SphereFields& s) {
+    a.field("radius", s.radius, lengthRule("m"));
+}
+
+template <class A>
+void describe(A& a, StandingFields& s) {
+    a.field("radius", s.radius, lengthRule("m"));
+    a.field("halfHeight", s.halfHeight, lengthRule("m, along y; of a capsule: of its straight part"));
+}
+
+template <class A>
+void describe(A& a, EllipsoidFields& s) {
+    a.field("radii", s.radii, lengthRule("m, semi-axes"));
+}
+
+inline constexpr Rule scaleRule = {.text = "factor on what the file holds, to m", .least = 0, .above = true};
+
+template <class A>
+void describe(A& a, HullFields& s) {
+    a.field("points", s.points, {.text = "m; the hull around them is made", .fewest = 4});
+    a.field("file", s.file, {"mesh file (obj, stl, glb, gltf) whose vertices are the points"});
+    a.field("scale", s.scale, scaleRule);
+    a.field("maxVertices", s.maxVertices, {"most vertices, at least 4; 0: as many as there are", 0});
+    a.field("vertices", s.vertices, {.text = "m, of a hull that is known already", .fewest = 4});
+    a.field("faces", s.faces,
+            {.text = "loops of vertex indices, counter-clockwise seen from outside", .least = 0, .fewest = 4});
+    a.oneOf({"points", "file", "vertices"});
+    a.together("vertices", "faces");
+}
+
+template <class A>
+void describe(A& a, MeshFields& s) {
+    a.field("file", s.file, {"mesh file (obj, stl, glb, gltf)"});
+    a.field("scale", s.scale, scaleRule);
+    a.field("vertices", s.vertices, {.text = "m", .fewest = 3});
+    a.field("triangles", s.triangles,
+            {.text = "vertex indices, counter-clockwise seen from outside", .least = 0, .fewest = 1});
+    a.oneOf({"file", "vertices"});
+    a.together("vertices", "triangles");
+}
+
+template <class A>
+void describe(A& a, HeightfieldFields& s) {
+    a.field("file", s.file, {"text file: a line a row, numbers parted by commas or blanks"});
+    a.field("scale", s.scale, {.text = "factor on the heights, to m", .least = 0, .above = true});
+    a.field("heights", s.heights,
+            {.text = "m, along y; rows run along +z, their numbers along +x, all centred", .fewest = 2});
+    a.field("cellSize", s.cellSize, {"m between neighbouring heights", minShapeSize()});
+    a.oneOf({"file", "heights"});
+}
+
+template <class A>
+void describe(A& a, HalfSpaceFields& s) {
+    a.field("normal", s.normal, {.text = "direction out of the solid, of any length but 0", .required = true});
+    a.field("offset", s.offset, {"m: solid where unit normal . x <= offset"});
+}
+
+template <class A>
+void describe(A& a, ShapeFields& s) {
+    a.field("box", s.box, {"a box"});
+    a.field("sphere", s.sphere, {"a ball"});
+    a.field("capsule", s.capsule, {"a cylinder with round ends, along y"});
+    a.field("cylinder", s.cylinder, {"a cylinder along y"});
+    a.field("cone", s.cone, {"a cone along y, tip up, centred at mid height"});
+    a.field("ellipsoid", s.ellipsoid, {"an ellipsoid"});
+    a.field("hull", s.hull, {"a convex polyhedron"});
+    a.field("mesh", s.mesh, {"triangles, for bodies that are not dynamic"});
+    a.field("heightfield", s.heightfield, {"a grid of heights made into triangles, for bodies that are not dynamic"});
+    a.field("halfspace", s.halfspace, {"everything below a plane, for bodies that are not dynamic"});
+    a.field("position", s.pose.position, {"m, in the body's frame"});
+    a.field("rotation", s.pose.rotation, {"quaternion x, y, z, w in the body's frame"});
+    a.field("material", s.material, {"name of one of `materials`"});
+    a.field("friction", s.friction,
+            {"overrides the material's friction, and its staticFriction unless that is given too", 0});
+    a.field("staticFriction", s.staticFriction, staticFrictionRule);
+    a.field("restitution", s.restitution, restitutionRule);
+    a.field("density", s.density, densityRule);
+    a.oneOf({"box", "sphere", "capsule", "cylinder", "cone", "ellipsoid", "hull", "mesh", "heightfield", "halfspace"});
+}
+
+template <class A>
+void describe(A& a, Filter& f) {
+    a.field("category", f.category, {"bits: what the body is", 0, 4294967295.0});
+    a.field("mask", f.mask, {"bits: categories that it may hit", 0, 4294967295.0});
+    a.field("group", f.group,
+            {"shared by two bodies: above 0 they always collide, below 0 never", -2147483648.0, 2147483647.0});
+}
+
+template <class A>
+void describe(A& a, BodyFields& b) {
+    BodyDef& d = b.def;
+    a.field("name", d.name, {"for joints and reports; no two bodies share one"});
+    a.field("type", d.type, {"static: never moves; kinematic: moves as its velocity says; dynamic: moved by forces"});
+    a.field("position", d.position, {"m, of the body's frame"});
+    a.field("rotation", d.rotation, {"quaternion x, y, z, w; made unit on loading"});
+    a.field("linearVelocity", d.linearVelocity, {"m/s, of the centre of mass"});
+    a.field("angularVelocity", d.angularVelocity, {"rad/s, world axes"});
+    a.field("mass", d.mass, {"kg; 0: from the shapes' densities", 0});
+    a.field("inertia", d.inertia, {"kg m2, diagonal in body axes about the centre of mass; 0: from the shapes", 0});
+    a.field("linearDamping", d.linearDamping, {"1/s: speed decays as exp(-damping t)", 0});
+    a.field("angularDamping", d.angularDamping, {"1/s", 0});
+    a.field("gravityScale", d.gravityScale, {"factor on the world's gravity"});
+    a.field("lockLinear", d.lockLinear, {"world axes along which the centre must not move"});
+    a.field("lockAngular", d.lockAngular, {"world axes about which the body must not turn"});
+    a.field("filter", d.filter, {"whom the body may hit"});
+    a.field("canSleep", d.canSleep, {"whether it may fall asleep"});
+    a.field("awake", d.awake, {"whether it starts awake"});
+    a.field("shapes", b.shapes, {"its geometry"});
+}
+
+template <class A>
+void describe(A& a, Softness& s) {
+    a.field("compliance", s.compliance, {"m/N or rad/(N m), inverse stiffness; 0: rigid", 0});
+    a.field("damping", s.damping, {"N s/m or N m s/rad", 0});
+    a.field("frequency", s.frequency, {"Hz; above 0 it overrides compliance and damping", 0});
+    a.field("dampingRatio", s.dampingRatio, {"of critical, used with frequency", 0});
+}
+
+inline constexpr Rule anchorRule = {.text = "m, world at time 0", .required = true};
+inline constexpr Rule axisRule = {.text = "direction, world at time 0, of any length but 0", .required = true};
+
+template <class A>
+void describe(A& a, BallDef& j) {
+    a.field("anchor", j.anchor, anchorRule);
+}
+
+template <class A>
+void describe(A& a, HingeDef& j) {
+    a.field("anchor", j.anchor, anchorRule);
+    a.field("axis", j.axis, axisRule);
+    a.field("lower", j.lower, {"rad; left out: unlimited"});
+    a.field("upper", j.upper, {"rad; left out: unlimited"});
+    a.field("motorSpeed", j.motorSpeed, {"rad/s, of b against a"});
+    a.field("motorTorque", j.motorTorque, {"N m, the most the motor gives; 0: no motor", 0});
+}
+
+template <class A>
+void describe(A& a, SliderDef& j) {
+    a.field("anchor", j.anchor, anchorRule);
+    a.field("axis", j.axis, axisRule);
+    a.field("lower", j.lower, {"m; left out: unlimited"});
+    a.field("upper", j.upper, {"m; left out: unlimited"});
+    a.field("motorSpeed", j.motorSpeed, {"m/s, of b against a"});
+    a.field("motorForce", j.motorForce, {"N, the most the motor gives; 0: no motor", 0});
+}
+
+template <class A>
+void describe(A& a, WeldDef& j) {
+    a.field("anchor", j.anchor, anchorRule);
+}
+
+template <class A>
+void describe(A& a, DistanceDef& j) {
+    a.field("anchorA", j.anchorA, anchorRule);
+    a.field("anchorB", j.anchorB, anchorRule);
+    a.field("lower", j.lower, {"m; left out: the distance at time 0", 0});
+    a.field("upper", j.upper, {"m; left out: the distance at time 0", 0});
+}
+
+template <class A>
+void describe(A& a, ConeTwistDef& j) {
+    constexpr double pi = std::numbers::pi;
+    a.field("anchor", j.anchor, anchorRule);
+    a.field("axis", j.axis, axisRule);
+    a.field("swing", j.swing,
+            {.text = "rad, half opening of the cone, between 0 and pi",
+             .least = 0,
+             .most = pi,
+             .above = true,
+             .below = true});
+    a.field("twistLower", j.twistLower, {"rad", -pi, pi});
+    a.field("twistUpper", j.twistUpper, {"rad", -pi, pi});
+}
+
+template <class A>
+void describe(A& a, JointFields& j) {
+    a.field("name", j.name, {"for reports; no two joints share one"});
+    a.jointType("type", j.def);
+    a.field("a", j.a, {.text = "the first body: its name, or its place in `bodies`", .required = true});
+    a.field("b", j.b, {.text = "the second body", .required = true});
+    std::visit(
+        [&a](auto& def) {
+            describe(a, def);
+            a.field("softness", def.softness, {"how the joint gives way; left out: rigid"});
+            a.field("collide", def.collide, {"whether a and b go on colliding"});
+        },
+        j.def);
+}
+
+template <class A>
+void describe(A& a, SceneFile& s) {
+    a.field("cairn", s.cairn, {.text = "version of this format", .least = version, .most = version, .required = true});
+    a.field("$schema", s.schema, {"for editors; not read"});
+    a.field("name", s.name, {"left out: the file's name"});
+    a.field("description", s.description, {"what the scene is for"});
+    a.field("seconds", s.seconds,
+            {.text = "s: how long a run lasts when nobody says otherwise", .least = 0, .above = true});
+    a.field("view", s.view, {"where to look from"});
+    a.field("world", s.world, {"what all bodies share"});
+    a.field("materials", s.materials, {"surfaces and densities by name"});
+    a.field("bodies", s.bodies, {.text = "in order of their index", .required = true});
+    a.field("joints", s.joints, {"what holds bodies together"});
+}
+
+// A struct that has a describe().
+template <class T>
+concept Record = requires(int& archive, T& value) {
+    describe(archive, value);
+};
+
+// Throws InputError.
+SceneFile read(const std::string& json, const std::string& nameForErrors);
+std::string write(SceneFile& file);
+std::string schema();
+
+}  // namespace cairn::scene_file
