@@ -1,0 +1,257 @@
+#include <cairn/collision/gjk.hpp>
+#include <cairn/collision/pairs.hpp>
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// Normals closer than 2 degrees make one patch; an edge contact within this of the face's normal is a face contact.
+constexpr double sameNormal = 0.9994;
+
+// Contacts of one direction, gathered over triangles.
+struct Cluster {
+    Vec3d normal;
+    std::vector<Candidate> candidates;
+};
+
+struct Clusters {
+    std::vector<Cluster> all;  // kept between calls for their buffers
+    std::size_t used = 0;
+
+    Cluster& at(const Vec3d& normal) {
+        for (std::size_t i = 0; i < used; ++i) {
+            if (all[i].normal.dot(normal) > sameNormal) {
+                return all[i];
+            }
+        }
+        if (used == all.size()) {
+            all.emplace_back();
+        }
+        Cluster& fresh = all[used++];
+        fresh.normal = normal;
+        fresh.candidates.clear();
+        return fresh;
+    }
+};
+
+// onA lies on the triangle, onB on the shape.
+void add(Clusters& clusters, const Vec3d& normal, const Vec3d& onA, const Vec3d& onB, std::uint64_t feature) {
+    Cluster& cluster = clusters.at(normal);
+    cluster.candidates.push_back({onA, onB, (onB - onA).dot(cluster.normal), feature});
+}
+
+// The edge of the triangle that a normal leaves over, by the outward directions in its plane.
+int edgeToward(const std::array<Vec3d, 3>& corners, const Vec3d& face, const Vec3d& n) {
+    int best = 0;
+    double most = -1e300;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d outward = (corners[(k + 1) % 3] - corners[k]).cross(face).normalized();
+        const double dot = outward.dot(n);
+        if (dot > most) {
+            most = dot;
+            best = static_cast<int>(k);
+        }
+    }
+    return best;
+}
+
+// Nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5). edges: bit k set where it lies on edge
+// k; two bits at a corner, none inside.
+Vec3d nearestOfTriangle(const std::array<Vec3d, 3>& c, const Vec3d& p, unsigned& edges) {
+    const Vec3d ab = c[1] - c[0];
+    const Vec3d ac = c[2] - c[0];
+    const Vec3d ap = p - c[0];
+    const double d1 = ab.dot(ap);
+    const double d2 = ac.dot(ap);
+    edges = 0;
+    if (d1 <= 0 && d2 <= 0) {
+        edges = 0b101;
+        return c[0];
+    }
+    const Vec3d bp = p - c[1];
+    const double d3 = ab.dot(bp);
+    const double d4 = ac.dot(bp);
+    if (d3 >= 0 && d4 <= d3) {
+        edges = 0b011;
+        return c[1];
+    }
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+        edges = 0b001;
+        return c[0] + ab * (d1 / (d1 - d3));
+    }
+    const Vec3d cp = p - c[2];
+    const double d5 = ab.dot(cp);
+    const double d6 = ac.dot(cp);
+    if (d6 >= 0 && d5 <= d6) {
+        edges = 0b110;
+        return c[2];
+    }
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+        edges = 0b100;
+        return c[0] + ac * (d2 / (d2 - d6));
+    }
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+        edges = 0b010;
+        return c[1] + (c[2] - c[1]) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    const double sum = va + vb + vc;
+    return c[0] + ab * (vb / sum) + ac * (vc / sum);
+}
+
+void sphereTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsigned active, const Convex& sphere,
+                    double margin, std::uint64_t triangle, Clusters& clusters) {
+    unsigned edges = 0;
+    const Vec3d nearest = nearestOfTriangle(corners, sphere.position, edges);
+    const Vec3d d = sphere.position - nearest;
+    const double distance = d.norm();
+    if (distance - sphere.radius > margin) {
+        return;
+    }
+    Vec3d n = face;
+    if (edges != 0 && distance > 1e-9 * sphere.radius) {
+        n = d / distance;
+        if (n.dot(face) > sameNormal) {
+            n = face;
+        } else if ((edges & active) == 0) {
+            return;  // the neighbour's inside is nearer, or the shape lies in a crease
+        }
+    }
+    add(clusters, n, nearest, sphere.position - sphere.radius * n, mixIds(triangle, edges));
+}
+
+void convexTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsigned active, const Convex& b,
+                    double margin, std::uint64_t triangle, Scratch& scratch, NarrowCounts& counts, Clusters& clusters) {
+    const Convex a = makeTriangle(corners[0], corners[1], corners[2]);
+    OverlapOf overlap{a, b};
+    const double faceDepth = overlap(face);
+    if (faceDepth < -margin) {
+        return;
+    }
+    if (active != 0) {
+        // A way out over an edge is asked for only where an edge can be touched from a side.
+        const GjkAnswer apart = gjk(a, b, face, Vec3d::Zero(), margin + b.radius);
+        if (apart.state == GjkAnswer::State::Beyond) {
+            return;
+        }
+        const double scale = scaleOf(b);
+        Memory up;
+        up.normal = face;
+        const Vec3d n =
+            apart.state == GjkAnswer::State::Apart ? apart.normal : wayOut(a, b, up, scale, scratch, counts);
+        const double depth = overlap(n);
+        const double upright = n.dot(face);
+        // From behind only the face's own direction leads out.
+        if (upright > -0.01 && upright < sameNormal && faceDepth > depth + 1e-3 * scale + 0.01 * std::abs(depth) &&
+            ((active >> edgeToward(corners, face, n)) & 1u) != 0) {
+            WorkManifold edge;
+            edgeManifold(a, b, n, apart, margin, edge);
+            for (int k = 0; k < edge.count; ++k) {
+                const ContactPoint& p = edge.points[static_cast<std::size_t>(k)];
+                add(clusters, n, p.onA, p.onB, mixIds(triangle, p.feature) | 0x40000000u);
+            }
+            return;
+        }
+    }
+    fillFace(a, face, scratch.face);
+    scratch.face.normal = face;
+    incidentOutline(b, -face, scratch.incident);
+    scratch.candidates.clear();
+    clipToFace(scratch, b.radius, margin);
+    for (const Candidate& c : scratch.candidates) {
+        // A corner of the shape keeps its id from triangle to triangle.
+        add(clusters, face, c.inner, c.outer,
+            isCorner(c.feature) ? c.feature : mixIds(triangle, c.feature) | 0x40000000u);
+    }
+}
+
+// Of candidates at one place, which neighbours both report, the first stays.
+void dropTwins(std::vector<Candidate>& candidates, double apart) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+        bool twin = false;
+        for (std::size_t k = 0; k < kept && !twin; ++k) {
+            twin = (candidates[k].outer - candidates[i].outer).squaredNorm() < apart * apart;
+            if (twin && candidates[i].feature < candidates[k].feature) {
+                candidates[k] = candidates[i];
+            }
+        }
+        if (!twin) {
+            candidates[kept++] = candidates[i];
+        }
+    }
+    candidates.resize(kept);
+}
+
+// An id of a direction that does not depend on the triangle: directions of two patches differ by a step in it.
+std::uint32_t patchOf(const Vec3d& n) {
+    std::uint32_t id = 0;
+    for (int i = 0; i < 3; ++i) {
+        id = id * 128 + static_cast<std::uint32_t>(std::lround(n[i] * 50) + 64);
+    }
+    return id;
+}
+
+}  // namespace
+
+void meshAgainst(const CollisionMesh& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+                 std::vector<WorkManifold>& out) {
+    Aabb box;
+    int hint = 0;
+    for (int i = 0; i < 3; ++i) {
+        box.max[i] = reach(b, Vec3d::Unit(i), hint) + margin;
+        box.min[i] = -reach(b, -Vec3d::Unit(i), hint) - margin;
+    }
+    scratch.triangles.clear();
+    mesh.find(box, scratch.triangles);
+    if (scratch.triangles.empty()) {
+        return;
+    }
+    thread_local Clusters clusters;
+    clusters.used = 0;
+    const Vec3d centre = centreOf(b);
+    for (const int index : scratch.triangles) {
+        const auto& t = mesh.triangles().triangles[static_cast<std::size_t>(index)];
+        std::array<Vec3d, 3> corners;
+        unsigned active = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            corners[k] = mesh.triangles().vertices[static_cast<std::size_t>(t[k])];
+            active |= mesh.edgeIsActive(index, static_cast<int>(k)) ? 1u << k : 0u;
+        }
+        const Vec3d& face = mesh.normal(index);
+        if (face.dot(centre - corners[0]) < 0) {
+            continue;  // one-sided
+        }
+        ++counts.shapePairs;
+        if (b.kind == ShapeKind::Sphere) {
+            sphereTriangle(corners, face, active, b, margin, static_cast<std::uint64_t>(index), clusters);
+        } else {
+            convexTriangle(corners, face, active, b, margin, static_cast<std::uint64_t>(index), scratch, counts,
+                           clusters);
+        }
+    }
+    const double scale = scaleOf(b);
+    const std::size_t first = out.size();
+    for (std::size_t c = 0; c < clusters.used; ++c) {
+        Cluster& cluster = clusters.all[c];
+        dropTwins(cluster.candidates, 1e-3 * scale);
+        std::swap(scratch.candidates, cluster.candidates);
+        completeBasis(cluster.normal, scratch.face.tangent1, scratch.face.tangent2);
+        scratch.face.id = 0;
+        WorkManifold& made = out.emplace_back();
+        fillManifold(scratch, cluster.normal, 0, made);
+        std::swap(scratch.candidates, cluster.candidates);
+        made.patch = patchOf(cluster.normal);
+        for (std::size_t i = first; i + 1 < out.size(); ++i) {
+            made.patch += out[i].patch == made.patch ? 1u << 21 : 0u;
+        }
+        if (made.count > 1) {
+            ++counts.completed;
+        }
+    }
+}
+
+}  // namespace cairn

@@ -1,0 +1,53 @@
+#pragma once
+// Inside collision/ only. One function a family of pairs; narrow_phase.cpp chooses among them. The first shape stands
+// at the work frame's origin. Each appends nothing but answers whether anything is within the margin.
+#include <cairn/collision/collision_mesh.hpp>
+#include <cairn/collision/gjk.hpp>
+#include <cairn/collision/manifold.hpp>
+
+namespace cairn {
+
+// What a pair of shapes remembers: the last normal in the work frame (zero: none) and the side of the reference face.
+struct Memory {
+    Vec3d normal = Vec3d::Zero();
+    std::int8_t reference = -1;
+};
+
+// box_box.cpp
+bool boxBox(const Convex& a, const Convex& b, double margin, Memory& memory, Scratch& scratch, NarrowCounts& counts,
+            WorkManifold& out);
+
+// closed_forms.cpp: b is a sphere, a anything convex; both are capsules; a is a half-space
+bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const Memory& memory, NarrowCounts& counts,
+                   WorkManifold& out);
+bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memory& memory, NarrowCounts& counts,
+                    WorkManifold& out);
+bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, double margin, Scratch& scratch,
+                      WorkManifold& out);
+
+// convex_pair.cpp: any two convex shapes
+bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
+                NarrowCounts& counts, WorkManifold& out);
+
+// The way out of overlapping cores, unit: the least overlap over the normal of MPR, all flat faces of both, the
+// remembered normal and the centre line, then descent from there. scale: a length of the smaller shape, m.
+Vec3d wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+             NarrowCounts& counts);
+// One point along n, or two where lines lie along each other: where no flat face takes part. apart: GJK's answer for
+// the pair, whose nearest points are taken if it has them.
+void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& apart, double margin,
+                  WorkManifold& out);
+
+// The signed distance of a point to a shape that is not placed: negative inside.
+struct SurfacePoint {
+    Vec3d point;   // nearest on the surface
+    Vec3d normal;  // unit, outward
+    double distance = 0;
+};
+SurfacePoint nearestSurface(const Convex& shape, const Vec3d& point);
+
+// mesh_manifold.cpp: b is convex; appends one manifold a patch.
+void meshAgainst(const CollisionMesh& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+                 std::vector<WorkManifold>& out);
+
+}  // namespace cairn
