@@ -623,8 +623,8 @@ void Renderer::Impl::fitShadow(const DrawScene& scene, const View& view, float f
             reach = std::max(reach, (ball.centre - eye).dot(view.forward) + ball.radius);
         }
     }
-    // What the camera sees, up to the farthest fitted caster.
-    reach = std::clamp(reach, 0.f, farthest);
+    // What the camera sees, out to well behind the farthest fitted caster, where its shadow may fall.
+    reach = std::clamp(2 * reach, 0.f, farthest);
     Eigen::Array3f seenLow(eye.dot(x), eye.dot(y), 0);
     Eigen::Array3f seenHigh = seenLow;
     for (int corner = 0; corner < 4; ++corner) {
@@ -634,8 +634,9 @@ void Renderer::Impl::fitShadow(const DrawScene& scene, const View& view, float f
         seenLow = seenLow.min(at);
         seenHigh = seenHigh.max(at);
     }
-    const Eigen::Array3f cutLow = low.max(seenLow);
-    const Eigen::Array3f cutHigh = high.min(seenHigh);
+    const Eigen::Array3f rim = 0.03f * (seenHigh - seenLow);
+    const Eigen::Array3f cutLow = low.max(seenLow - rim);
+    const Eigen::Array3f cutHigh = high.min(seenHigh + rim);
     if (cutLow.x() < cutHigh.x() && cutLow.y() < cutHigh.y()) {
         low = cutLow;
         high = cutHigh;

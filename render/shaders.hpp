@@ -85,7 +85,7 @@ float sunShare(vec3 p, vec3 n) {
         sum *= 0.25;
     }
     float share = 0.25 * sum;
-    float fade = clamp(min(rim.x, rim.y) * 20.0, 0.0, 1.0);
+    float fade = clamp(min(rim.x, rim.y) * 100.0, 0.0, 1.0);
     return mix(1.0, share, fade);
 }
 
@@ -99,7 +99,7 @@ float ambientShare(float depth) {
     vec2 f = at - vec2(base);
     ivec2 last = ivec2(occlusion.zw) - 1;
     float sum = 0.0;
-    float total = 1e-6;
+    float total = 0.0;
     for (int i = 0; i < 4; ++i) {
         ivec2 corner = ivec2(i & 1, i >> 1);
         vec2 sampled = texelFetch(occlusionMap, clamp(base + corner, ivec2(0), last), 0).rg;
