@@ -25,10 +25,12 @@ public:
     BroadPhase(BroadPhase&&) noexcept;
     BroadPhase& operator=(BroadPhase&&) noexcept;
 
-    // Pairs for which this answers false are never reported. Must be a pure function of the two ids between calls to
-    // refilter(). Null: every pair is.
+    // Asked with the lower id first, within update(). Pairs for which this answers false are never reported. Must be a
+    // pure function of the two ids between calls to refilter(). Null: every pair is.
     void setFilter(std::function<bool(ProxyId, ProxyId)> mayCollide);
 
+    // Boxes must be ordered and free of NaN; a NaN here is a programmer's mistake and ends the program.
+    // What add(), remove(), move() and refilter() tell shows in pairs() after the next update().
     void add(ProxyId id, const Aabb& tight, bool isStatic);
     void remove(ProxyId id);
     bool contains(ProxyId id) const;
@@ -43,7 +45,8 @@ public:
 
     // Sorted, each once, no static-static pair; the same for the same history whatever the thread count.
     const std::vector<ProxyPair>& pairs() const;
-    // The ids whose fat boxes overlap `region`, sorted.
+    // The ids whose fat boxes overlap `region`, sorted; they are as the last add(), remove() or move() left them.
+    // Thread-safe beside other queries.
     std::vector<ProxyId> query(const Aabb& region) const;
 
     std::size_t lastReinserted() const;  // bodies re-inserted by the last update

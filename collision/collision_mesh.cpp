@@ -34,6 +34,19 @@ void checkMesh(const TriangleMesh& mesh) {
     }
 }
 
+double sizeOf(const std::vector<Vec3d>& points) {
+    if (points.empty()) {
+        return 0;
+    }
+    Vec3d low = points.front();
+    Vec3d high = points.front();
+    for (const Vec3d& point : points) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+    return (high - low).norm();
+}
+
 // For each vertex the first one (along a fixed direction) that is at the same place. The direction is along no likely
 // plane of a model, so that few vertices share a place on it.
 std::vector<int> weld(const std::vector<Vec3d>& vertices, double tolerance) {
@@ -67,34 +80,42 @@ struct CollisionMesh::Tree {
 
 CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique<Tree>()) {
     checkMesh(given);
-    triangles_.vertices = given.vertices;
-    const auto corner = [&](const std::array<int, 3>& triangle, int k) -> const Vec3d& {
-        return given.vertices[static_cast<std::size_t>(triangle[static_cast<std::size_t>(k % 3)])];
+    const auto cornerOf = [](const std::vector<Vec3d>& vertices, const std::array<int, 3>& triangle,
+                             int k) -> const Vec3d& {
+        return vertices[static_cast<std::size_t>(triangle[static_cast<std::size_t>(k % 3)])];
     };
-    const double huge = std::numeric_limits<double>::infinity();
-    bounds_ = {Vec3d::Constant(huge), Vec3d::Constant(-huge)};
+    const double tolerance = weldTolerance * sizeOf(given.vertices);
+    std::vector<int> renumbered(given.vertices.size(), -1);
     for (const std::array<int, 3>& triangle : given.triangles) {
-        for (int k = 0; k < 3; ++k) {
-            bounds_ = {bounds_.min.cwiseMin(corner(triangle, k)), bounds_.max.cwiseMax(corner(triangle, k))};
+        const auto at = [&](int k) -> const Vec3d& { return cornerOf(given.vertices, triangle, k); };
+        const double longest = std::max({(at(1) - at(0)).norm(), (at(2) - at(1)).norm(), (at(0) - at(2)).norm()});
+        const Vec3d cross = (at(1) - at(0)).cross(at(2) - at(0));
+        if (cross.norm() <= tolerance * longest) {
+            continue;
         }
-    }
-    const double tolerance = given.triangles.empty() ? 0 : weldTolerance * (bounds_.max - bounds_.min).norm();
-    for (const std::array<int, 3>& triangle : given.triangles) {
-        double longest = 0;
-        for (int k = 0; k < 3; ++k) {
-            longest = std::max(longest, (corner(triangle, k + 1) - corner(triangle, k)).norm());
+        normals_.push_back(cross.normalized());
+        std::array<int, 3> kept{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            int& index = renumbered[static_cast<std::size_t>(triangle[k])];
+            if (index < 0) {
+                index = static_cast<int>(triangles_.vertices.size());
+                triangles_.vertices.push_back(given.vertices[static_cast<std::size_t>(triangle[k])]);
+            }
+            kept[k] = index;
         }
-        const Vec3d cross =
-            (corner(triangle, 1) - corner(triangle, 0)).cross(corner(triangle, 2) - corner(triangle, 0));
-        if (cross.norm() > tolerance * longest) {
-            triangles_.triangles.push_back(triangle);
-            normals_.push_back(cross.normalized());
-        }
+        triangles_.triangles.push_back(kept);
     }
     if (triangles_.triangles.empty()) {
         throw InputError("mesh.triangles", std::to_string(given.triangles.size()) + ", none with area",
                          "give at least one triangle with area");
     }
+    bounds_ = {triangles_.vertices.front(), triangles_.vertices.front()};
+    for (const Vec3d& vertex : triangles_.vertices) {
+        bounds_ = {bounds_.min.cwiseMin(vertex), bounds_.max.cwiseMax(vertex)};
+    }
+    const auto corner = [&](int triangle, int k) -> const Vec3d& {
+        return cornerOf(triangles_.vertices, triangles_.triangles[static_cast<std::size_t>(triangle)], k);
+    };
 
     struct Side {
         int low, high;  // welded vertices
@@ -126,8 +147,8 @@ CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique
         if (end - i == 2 && sides[i].rising != sides[i + 1].rising) {
             const Side& a = sides[i];
             const Side& b = sides[i + 1];
-            const Vec3d& onEdge = corner(triangles_.triangles[static_cast<std::size_t>(a.triangle)], a.k);
-            const Vec3d& opposite = corner(triangles_.triangles[static_cast<std::size_t>(b.triangle)], b.k + 2);
+            const Vec3d& onEdge = corner(a.triangle, a.k);
+            const Vec3d& opposite = corner(b.triangle, b.k + 2);
             const bool concave = normal(a.triangle).dot(opposite - onEdge) > tolerance;
             if (concave || normal(a.triangle).dot(normal(b.triangle)) > cosFlat) {
                 for (const Side& side : {a, b}) {

@@ -155,6 +155,11 @@ TEST(CollisionMesh, LeavesOutTrianglesWithoutAreaAndRefusesNonsense) {
     const CollisionMesh mesh(triangles);
     EXPECT_EQ(mesh.triangles().triangles.size(), 4u);
     EXPECT_EQ(countActive(mesh), 6);
+    EXPECT_EQ(mesh.triangles().vertices.size(), 6u);
+    triangles.vertices.emplace_back(0, 50, 0);  // of no triangle: it must not stretch the box
+    const Shape shape = cairn::mesh(triangles);
+    EXPECT_EQ(bounds({&shape, 1}, {}).max, Vec3d(1, 0, 1));
+    EXPECT_EQ(shape.mesh->bounds().max, Vec3d(1, 0, 1));
 
     EXPECT_THROW(cairn::mesh({}), InputError);
     EXPECT_THROW(cairn::mesh({{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}}, {{0, 1, 2}}}), InputError);
