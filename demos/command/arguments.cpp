@@ -1,0 +1,78 @@
+#include <cairn/demos/command/command.hpp>
+
+namespace cairn {
+
+namespace {
+
+bool looksLikeFile(const std::string& text) {
+    return text.find('/') != std::string::npos || text.ends_with(".json") || std::filesystem::is_regular_file(text);
+}
+
+// Throws InputError naming the nearest scene file beside the one that is missing.
+void requireFile(const std::filesystem::path& file) {
+    if (std::filesystem::is_regular_file(file)) {
+        return;
+    }
+    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+    std::vector<std::string> names;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+        if (entry.path().extension() == ".json") {
+            names.push_back(entry.path().filename().string());
+        }
+    }
+    std::sort(names.begin(), names.end());
+    std::string remedy = "no such file";
+    if (error) {
+        remedy = "no such folder";
+    } else if (!names.empty()) {
+        remedy += "; did you mean '" + (folder / nearestName(file.filename().string(), names)).string() + "'?";
+    }
+    throw InputError("scene file", file.string(), remedy);
+}
+
+}  // namespace
+
+void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
+    command.add_option("scene", arguments.scene, "a built-in scene (cairn list) or a scene file")->required();
+    command.add_option("--set", arguments.set, "NAME=VALUE: a parameter of a built-in scene; may be repeated");
+    command.add_option("--seconds", arguments.seconds, "how long, s; the scene says otherwise")
+        ->check(CLI::Range(1e-6, 1e6));
+    command.add_option("--dt", arguments.dt, "step, s; the scene says otherwise")->check(CLI::Range(1e-6, 1.0));
+    command.add_option("--solver", arguments.solver, "solver (cairn list)");
+    command.add_option("--substeps", arguments.substeps, "sub-steps a step")->check(CLI::Range(1, 100000));
+    command.add_option("--iterations", arguments.iterations, "iterations a sub-step")->check(CLI::Range(1, 1000000));
+    command.add_option("--threads", arguments.threads, "threads")->check(CLI::Range(1, 1024));
+    command.add_option("--precision", arguments.precision, "float or double")
+        ->check(CLI::IsMember({"float", "double"}))
+        ->capture_default_str();
+}
+
+Scene openScene(const SceneArguments& arguments) {
+    Scene scene;
+    if (looksLikeFile(arguments.scene)) {
+        requireFile(arguments.scene);
+        if (!arguments.set.empty()) {
+            throw InputError("--set", arguments.set.front(),
+                             "only built-in scenes have parameters; change the file instead");
+        }
+        scene = loadScene(arguments.scene);
+    } else {
+        const BuiltinScene& builtin = builtinScene(arguments.scene);
+        SceneOverrides overrides;
+        for (const std::string& text : arguments.set) {
+            overrides.insert_or_assign(parseOverride(builtin, text).first, parseOverride(builtin, text).second);
+        }
+        scene = makeScene(arguments.scene, overrides);
+    }
+    scene.seconds = arguments.seconds.value_or(scene.seconds);
+    scene.dt = arguments.dt.value_or(scene.dt);
+    SolverDef& solver = scene.world.solver;
+    solver.name = arguments.solver.value_or(solver.name);
+    solver.substeps = arguments.substeps.value_or(solver.substeps);
+    solver.iterations = arguments.iterations.value_or(solver.iterations);
+    scene.world.threads = arguments.threads.value_or(scene.world.threads);
+    return scene;
+}
+
+}  // namespace cairn

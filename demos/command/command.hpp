@@ -1,0 +1,70 @@
+#pragma once
+// What the sub-commands share: each adds its options to the command line and gives back what to do.
+#include <CLI/CLI.hpp>
+#include <cairn/demos/demos.hpp>
+
+namespace cairn {
+
+// Exit codes.
+inline constexpr int exitOk = 0;
+inline constexpr int exitBroken = 1;  // the run broke a promise: a body went non-finite, a tolerance was missed
+inline constexpr int exitUsage = 2;   // bad usage or bad input
+
+// The returned function runs the sub-command after parsing and gives its exit code.
+using Action = std::function<int()>;
+Action addList(CLI::App& app);
+Action addRun(CLI::App& app);
+Action addRender(CLI::App& app);
+Action addDemo(CLI::App& app);
+
+// The options of every command that takes a scene.
+struct SceneArguments {
+    std::string scene;              // a built-in name or a file
+    std::vector<std::string> set;   // NAME=VALUE
+    std::optional<double> seconds;  // s
+    std::optional<double> dt;       // s
+    std::optional<std::string> solver;
+    std::optional<int> substeps;
+    std::optional<int> iterations;
+    std::optional<int> threads;
+    std::string precision = "double";
+
+    Precision precisionValue() const { return precision == "float" ? Precision::Float : Precision::Double; }
+};
+void addSceneOptions(CLI::App& command, SceneArguments& arguments);
+// Throws InputError.
+Scene openScene(const SceneArguments& arguments);
+
+// A line on standard error while something takes longer than a second; silent where standard error is no terminal.
+class Progress {
+public:
+    Progress(std::string title, int total);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    void at(int done);
+
+private:
+    std::string title_;
+    int total_;
+    bool terminal_;
+    bool shown_ = false;
+    int lastPercent_ = -1;
+    std::chrono::steady_clock::time_point start_;
+};
+
+// Rows of words in columns as wide as their widest word; the first row is the head. The first column and those whose
+// head ends in '<' (which is not printed) are flush left, others flush right.
+std::string table(const std::vector<std::vector<std::string>>& rows);
+
+std::string fixed(double x, int decimals);
+// Three significant digits, or a dash for nothing.
+std::string brief(const std::optional<double>& x);
+
+// To a file, or to standard output for "-". Throws InputError if the file cannot be written.
+void writeJson(const nlohmann::ordered_json& json, const std::string& file);
+
+// Creates the folder and those above it. Throws InputError.
+void makeFolder(const std::filesystem::path& folder);
+
+}  // namespace cairn

@@ -1,0 +1,114 @@
+#include <cairn/demos/run.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace cairn {
+
+namespace {
+
+void keepWorst(std::optional<double>& worst, const std::optional<double>& now) {
+    if (now && (!worst || *now > *worst)) {
+        worst = now;
+    }
+}
+
+}  // namespace
+
+double RunResult::meanMs() const {
+    if (stepSeconds.empty()) {
+        return 0;
+    }
+    return 1e3 * std::accumulate(stepSeconds.begin(), stepSeconds.end(), 0.0) / static_cast<double>(stepSeconds.size());
+}
+
+double RunResult::maxMs() const {
+    return percentileMs(1);
+}
+
+double RunResult::percentileMs(double share) const {
+    if (stepSeconds.empty()) {
+        return 0;
+    }
+    std::vector<double> sorted = stepSeconds;
+    std::sort(sorted.begin(), sorted.end());
+    const double place = std::ceil(share * static_cast<double>(sorted.size())) - 1;
+    const auto index = static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(sorted.size() - 1)));
+    return 1e3 * sorted[index];
+}
+
+std::optional<double> energyDrift(const RunResult& result) {
+    if (!(result.peakKineticEnergy > 0)) {
+        return {};
+    }
+    return result.energyGained / result.peakKineticEnergy;
+}
+
+Run::Run(const Scene& scene, Precision precision) : scene_(scene), simulation_(makeSimulation(scene, precision)) {
+    result_.scene = scene.name;
+    result_.solver = scene.world.solver.name;
+    result_.precision = precision;
+    result_.threads = scene.world.jobs ? scene.world.jobs->threadCount() : scene.world.threads;
+    result_.dt = scene.dt;
+}
+
+void Run::step() {
+    double seconds = 0;
+    {
+        const StageTimer timer(seconds);
+        simulation_->step(scene_.dt);
+    }
+    const StepReport& report = simulation_->report();
+    RunResult& r = result_;
+    ++r.steps;
+    r.stepSeconds.push_back(seconds);
+    r.last = {report.error.maxPenetration, report.error.maxJointGap, report.error.maxJointAngle, displacement()};
+    r.worst.penetration = std::max(r.worst.penetration, r.last.penetration);
+    r.worst.jointGap = std::max(r.worst.jointGap, r.last.jointGap);
+    r.worst.jointAngle = std::max(r.worst.jointAngle, r.last.jointAngle);
+    r.worst.displacement = std::max(r.worst.displacement, r.last.displacement);
+    if (report.counts.contacts > 0) {
+        penetrationSum_ += report.error.meanPenetration;
+        ++touchingSteps_;
+        r.meanPenetration = penetrationSum_ / touchingSteps_;
+    }
+    keepWorst(r.residualConstraint, report.error.residualConstraint);
+    keepWorst(r.residualMomentum, report.error.residualMomentum);
+    keepWorst(r.coneViolation, report.error.coneViolation);
+    r.energyGained += report.error.energyGained;
+    r.momentumDefect = std::max(r.momentumDefect, report.error.momentumDefect);
+    r.peakKineticEnergy = std::max(r.peakKineticEnergy, report.kineticEnergy);
+    r.finalKineticEnergy = report.kineticEnergy;
+    r.flags |= report.flags;
+    r.counts = report.counts;
+    r.peakContacts = std::max(r.peakContacts, report.counts.contacts);
+    r.directIslands += report.counts.directIslands;
+    r.sweptIslands += report.counts.sweptIslands;
+    r.newtonRounds += report.counts.newtonRounds;
+    r.factorisations += report.counts.factorisations;
+    r.unconverged += report.counts.unconverged;
+    r.narrow += report.counts.narrow;
+}
+
+void Run::advanceTo(double time) {
+    while (this->time() + 0.5 * scene_.dt <= time) {
+        step();
+    }
+}
+
+double Run::displacement() const {
+    double worst = 0;
+    for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
+        if (scene_.bodies[i].type == BodyType::Dynamic) {
+            worst = std::max(worst, (simulation_->pose(i).position - scene_.bodies[i].position).norm());
+        }
+    }
+    return worst;
+}
+
+int stepCount(const Scene& scene) {
+    return std::max(1, static_cast<int>(std::lround(scene.seconds / scene.dt)));
+}
+
+}  // namespace cairn

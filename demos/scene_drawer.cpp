@@ -1,0 +1,172 @@
+#include <cairn/demos/scene_drawer.hpp>
+
+#include <charconv>
+#include <numbers>
+#include <sstream>
+
+namespace cairn {
+
+namespace {
+
+bool scalesFromUnit(ShapeKind kind) {
+    return kind == ShapeKind::Box || kind == ShapeKind::Sphere || kind == ShapeKind::Ellipsoid;
+}
+
+Vec3f drawScale(const Shape& shape) {
+    switch (shape.kind) {
+        case ShapeKind::Box:
+        case ShapeKind::Ellipsoid:
+            return shape.size.cast<float>();
+        case ShapeKind::Sphere:
+            return Vec3f::Constant(static_cast<float>(shape.size.x()));
+        default:
+            return Vec3f::Ones();
+    }
+}
+
+Posef toFloat(const Posed& pose) {
+    return pose.cast<float>();
+}
+
+// Each body's worst error, m: the deepest of its contacts or the widest of its joints.
+std::vector<double> worstErrors(const Simulation& simulation, std::size_t bodies) {
+    std::vector<double> worst(bodies, 0);
+    const auto keep = [&](BodyId id, double error) {
+        double& known = worst[simulation.indexOf(id)];
+        known = std::max(known, error);
+    };
+    for (const ContactView& contact : simulation.contacts()) {
+        keep(contact.a, -contact.separation);
+        keep(contact.b, -contact.separation);
+    }
+    for (const JointView& joint : simulation.jointViews()) {
+        keep(joint.a, joint.gap);
+        keep(joint.b, joint.gap);
+    }
+    return worst;
+}
+
+}  // namespace
+
+Overlay parseOverlay(const std::vector<std::string>& words) {
+    Overlay overlay;
+    const std::map<std::string, bool Overlay::*> known = {{"contacts", &Overlay::contacts},
+                                                          {"normals", &Overlay::normals},
+                                                          {"joints", &Overlay::joints},
+                                                          {"heat", &Overlay::heat}};
+    for (const std::string& word : words) {
+        const auto found = known.find(word);
+        if (found == known.end()) {
+            std::vector<std::string> names;
+            for (const auto& entry : known) {
+                names.push_back(entry.first);
+            }
+            throw InputError(
+                "overlay", word,
+                "unknown; did you mean '" + nearestName(word, names) + "'? Known: contacts, normals, joints, heat");
+        }
+        overlay.*found->second = true;
+    }
+    return overlay;
+}
+
+PictureSize parsePictureSize(const std::string& text) {
+    PictureSize size;
+    const char* const end = text.data() + text.size();
+    const auto width = std::from_chars(text.data(), end, size.width);
+    if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
+        const auto height = std::from_chars(width.ptr + 1, end, size.height);
+        if (height.ec == std::errc() && height.ptr == end && size.width >= 16 && size.height >= 16 &&
+            size.width <= 8192 && size.height <= 8192) {
+            return size;
+        }
+    }
+    throw InputError("size", text, "write WIDTHxHEIGHT in pixels, 16 to 8192 each, for example 1280x720");
+}
+
+MeshHandle SceneDrawer::meshOf(const Shape& shape) {
+    Shape plain = shape;
+    plain.pose = {};
+    if (scalesFromUnit(shape.kind)) {
+        plain.size = Vec3d::Ones();
+    }
+    const Key key{plain.kind, {plain.size.x(), plain.size.y(), plain.size.z()}, plain.hull, plain.mesh};
+    const auto found = meshes_.find(key);
+    if (found != meshes_.end()) {
+        return found->second;
+    }
+    const MeshHandle handle = renderer_.addMesh(surface(plain));
+    meshes_.emplace(key, handle);
+    return handle;
+}
+
+DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, const Overlay& overlay,
+                            const PictureSize& size) {
+    DrawScene drawing;
+    drawing.width = size.width;
+    drawing.height = size.height;
+    drawing.camera = {scene.view.eye.cast<float>(), scene.view.target.cast<float>(), Vec3f::UnitY(),
+                      static_cast<float>(scene.view.fov * std::numbers::pi / 180)};
+    drawing.ground.visible = false;
+
+    std::vector<double> heat;
+    if (overlay.heat) {
+        heat = worstErrors(simulation, scene.bodies.size());
+    }
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const BodyDef& body = scene.bodies[i];
+        const Posed pose = simulation.pose(i);
+        Colour colour = body.type == BodyType::Static ? staticColour() : palette(i);
+        if (overlay.heat && body.type != BodyType::Static) {
+            colour = heatColour(static_cast<float>(heat[i] / overlay.heatScale));
+        }
+        for (const Shape& shape : body.shapes) {
+            const Posed placed = pose * shape.pose;
+            if (shape.kind == ShapeKind::HalfSpace) {
+                const Vec3d normal = placed.rotation * shape.size;
+                if (normal.y() > 1 - 1e-9) {
+                    drawing.ground.visible = true;
+                    drawing.ground.height = static_cast<float>(placed.position.y() + shape.offset);
+                    continue;
+                }
+            }
+            drawing.instances.push_back({meshOf(shape), toFloat(placed), colour, drawScale(shape)});
+        }
+    }
+
+    if (overlay.contacts || overlay.normals) {
+        const Colour red{0.85f, 0.1f, 0.1f, 1};
+        for (const ContactView& contact : simulation.contacts()) {
+            if (overlay.normals) {
+                addContact(drawing, contact.point.cast<float>(), contact.normal.cast<float>(), 0.25f, red);
+            } else {
+                drawing.points.push_back({contact.point.cast<float>(), red});
+            }
+        }
+    }
+    if (overlay.joints) {
+        const Colour blue{0.1f, 0.25f, 0.8f, 1};
+        for (const JointView& joint : simulation.jointViews()) {
+            const Vec3d a = joint.frameA.position;
+            const Vec3d b = joint.frameB.position;
+            const Vec3d axis = 0.1 * (joint.frameA.rotation * Vec3d::UnitX());
+            drawing.points.push_back({a.cast<float>(), blue});
+            drawing.lines.push_back({(a - axis).cast<float>(), (a + axis).cast<float>(), blue});
+            drawing.lines.push_back({a.cast<float>(), b.cast<float>(), {0.9f, 0.2f, 0.7f, 1}, 3});
+        }
+    }
+    return drawing;
+}
+
+Image SceneDrawer::picture(const Simulation& simulation, const Scene& scene, const Overlay& overlay,
+                           const PictureSize& size) {
+    Image image = renderer_.render(draw(simulation, scene, overlay, size));
+    if (overlay.heat) {
+        std::ostringstream hottest;
+        hottest << 1e3 * overlay.heatScale << " mm";
+        drawLegend(image, "worst penetration or joint gap", "0", hottest.str());
+    }
+    return image;
+}
+
+}  // namespace cairn

@@ -1,0 +1,57 @@
+#pragma once
+// Pictures of a running scene. Static bodies are grey, others have a colour of their own.
+#include <cairn/demos/simulation.hpp>
+#include <cairn/render/render.hpp>
+
+namespace cairn {
+
+struct Overlay {
+    bool contacts = false;    // a dot at each contact point
+    bool normals = false;     // and its normal
+    bool joints = false;      // a dot at each joint, its axis, and a line where it has come apart
+    bool heat = false;        // bodies coloured by their worst penetration or joint gap, with a key
+    double heatScale = 0.01;  // m, error that gets the hottest colour
+};
+
+// "contacts,heat" -> Overlay. Throws InputError naming the nearest known word.
+Overlay parseOverlay(const std::vector<std::string>& words);
+
+struct PictureSize {
+    int width = 1280;  // pixels
+    int height = 720;
+};
+
+// "640x360" -> PictureSize. Throws InputError.
+PictureSize parsePictureSize(const std::string& text);
+
+// Keeps the meshes of the shapes it has drawn, so that drawing a scene again is cheap. The colour of a body depends on
+// its place in the scene alone.
+class SceneDrawer {
+public:
+    // Throws std::runtime_error if there is no OpenGL.
+    SceneDrawer() = default;
+
+    // The scene as it is now in the simulation, to be changed and rendered by renderer().
+    DrawScene draw(const Simulation& simulation, const Scene& scene, const Overlay& overlay = {},
+                   const PictureSize& size = {});
+    // The finished picture, key included.
+    Image picture(const Simulation& simulation, const Scene& scene, const Overlay& overlay = {},
+                  const PictureSize& size = {});
+    Renderer& renderer() { return renderer_; }
+
+private:
+    // A shape up to its pose, and for boxes, balls and ellipsoids up to its size. The pointers are kept alive with it.
+    struct Key {
+        ShapeKind kind;
+        std::array<double, 3> size;
+        std::shared_ptr<const Hull> hull;
+        std::shared_ptr<const CollisionMesh> mesh;
+        auto operator<=>(const Key&) const = default;
+    };
+    MeshHandle meshOf(const Shape& shape);
+
+    Renderer renderer_;
+    std::map<Key, MeshHandle> meshes_;
+};
+
+}  // namespace cairn

@@ -1,0 +1,31 @@
+#pragma once
+// A scene as a running world in either precision, seen in double, with bodies named by their place in the scene.
+#include <cairn/demos/scenes/scenes.hpp>
+
+namespace cairn {
+
+enum class Precision { Float, Double };
+
+const char* name(Precision precision);
+
+class Simulation {
+public:
+    virtual ~Simulation() = default;
+
+    virtual const StepReport& step(double dt) = 0;  // s
+    virtual const StepReport& report() const = 0;   // of the last step
+    // `body` is an index into Scene::bodies.
+    virtual Posed pose(std::size_t body) const = 0;
+    virtual Vec3d linearVelocity(std::size_t body) const = 0;   // m/s, of the centre of mass
+    virtual Vec3d angularVelocity(std::size_t body) const = 0;  // rad/s, world axes
+    virtual bool awake(std::size_t body) const = 0;
+    virtual void setPose(std::size_t body, const Posed& pose) = 0;
+    virtual std::vector<ContactView> contacts() const = 0;
+    virtual std::vector<JointView> jointViews() const = 0;
+    virtual std::size_t indexOf(BodyId id) const = 0;  // in Scene::bodies, of an id found in contacts() or jointViews()
+};
+
+// Throws InputError as World and populate do.
+std::unique_ptr<Simulation> makeSimulation(const Scene& scene, Precision precision = Precision::Double);
+
+}  // namespace cairn
