@@ -45,7 +45,8 @@ std::optional<double> energyDrift(const RunResult& result) {
     return result.energyGained / result.peakKineticEnergy;
 }
 
-Run::Run(const Scene& scene, Precision precision) : scene_(scene), simulation_(makeSimulation(scene, precision)) {
+SceneRun::SceneRun(const Scene& scene, Precision precision)
+    : scene_(scene), simulation_(makeSimulation(scene, precision)) {
     result_.scene = scene.name;
     result_.solver = scene.world.solver.name;
     result_.precision = precision;
@@ -53,7 +54,7 @@ Run::Run(const Scene& scene, Precision precision) : scene_(scene), simulation_(m
     result_.dt = scene.dt;
 }
 
-void Run::step() {
+void SceneRun::step() {
     double seconds = 0;
     {
         const StageTimer timer(seconds);
@@ -91,13 +92,13 @@ void Run::step() {
     r.narrow += report.counts.narrow;
 }
 
-void Run::advanceTo(double time) {
+void SceneRun::advanceTo(double time) {
     while (this->time() + 0.5 * scene_.dt <= time) {
         step();
     }
 }
 
-double Run::displacement() const {
+double SceneRun::displacement() const {
     double worst = 0;
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
         if (scene_.bodies[i].type == BodyType::Dynamic) {

@@ -48,10 +48,10 @@ struct RunResult {
 // Energy that no force explains over the peak kinetic energy; empty if nothing ever moved.
 std::optional<double> energyDrift(const RunResult& result);
 
-class Run {
+class SceneRun {
 public:
     // The scene must outlive the run.
-    explicit Run(const Scene& scene, Precision precision = Precision::Double);
+    explicit SceneRun(const Scene& scene, Precision precision = Precision::Double);
 
     void step();
     double time() const { return scene_.dt * result_.steps; }  // s

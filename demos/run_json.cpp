@@ -68,7 +68,7 @@ Json resultJson(const RunResult& r) {
     return json;
 }
 
-Json bodiesJson(const Run& run) {
+Json bodiesJson(const SceneRun& run) {
     Json bodies = Json::array();
     const Simulation& simulation = run.simulation();
     for (std::size_t i = 0; i < run.scene().bodies.size(); ++i) {

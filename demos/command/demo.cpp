@@ -117,7 +117,7 @@ int runDemo(const DemoArguments& arguments) {
         if (arguments.quick) {
             scene.seconds = std::min(scene.seconds, 1.0);
         }
-        Run run(scene);
+        SceneRun run(scene);
         std::string stem = title;
         std::replace(stem.begin(), stem.end(), ' ', '_');
         const std::array<double, 3> stills = {0, 0.4 * scene.seconds, scene.seconds};

@@ -34,7 +34,7 @@ int renderScene(const RenderArguments& arguments) {
         throw InputError("--out", arguments.out, "give a folder, or a file that ends in .png, .mp4 or .gif");
     }
 
-    Run run(scene, arguments.scene.precisionValue());
+    SceneRun run(scene, arguments.scene.precisionValue());
     SceneDrawer drawer;
     const auto picture = [&] { return drawer.picture(run.simulation(), scene, overlay, size); };
     if (isFilm(out)) {

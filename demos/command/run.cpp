@@ -17,7 +17,7 @@ struct RunArguments {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<std::string> sampleRow(const Run& run) {
+std::vector<std::string> sampleRow(const SceneRun& run) {
     const RunResult& r = run.result();
     return {fixed(run.time(), 3),           std::to_string(r.counts.contacts),
             std::to_string(r.counts.awake), brief(1e3 * r.last.penetration),
@@ -52,7 +52,7 @@ void printResult(const RunResult& r) {
 
 int runScene(const RunArguments& arguments) {
     const Scene scene = openScene(arguments.scene);
-    Run run(scene, arguments.scene.precisionValue());
+    SceneRun run(scene, arguments.scene.precisionValue());
     const int steps = stepCount(scene);
     std::vector<std::vector<std::string>> rows = {
         {"time s", "contacts", "awake", "penetration mm", "joint gap mm", "displacement m", "kinetic J", "ms"}};

@@ -1,0 +1,215 @@
+// The command as a person or a script meets it: output, JSON names, exit codes, words on standard error.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <nlohmann/json.hpp>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace {
+
+struct Outcome {
+    int code = -1;
+    std::string out;
+    std::string err;
+};
+
+std::string slurp(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+// A folder of this test case's own, empty at the start.
+std::filesystem::path scratch() {
+    const testing::TestInfo* const info = testing::UnitTest::GetInstance()->current_test_info();
+    return std::filesystem::path(CAIRN_BINARY_DIR) / "command_test" / info->name();
+}
+
+class Command : public testing::Test {
+protected:
+    void SetUp() override {
+        std::filesystem::remove_all(scratch());
+        std::filesystem::create_directories(scratch());
+    }
+
+    static Outcome cairn(const std::string& arguments) {
+        const std::filesystem::path out = scratch() / "stdout.txt";
+        const std::filesystem::path err = scratch() / "stderr.txt";
+        const std::string line =
+            std::string("'") + CAIRN_COMMAND + "' " + arguments + " >'" + out.string() + "' 2>'" + err.string() + "'";
+        const int status = std::system(line.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
+    }
+
+    static nlohmann::json runJson(const std::string& arguments) {
+        const Outcome outcome = cairn("run " + arguments + " --json -");
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return nlohmann::json::parse(outcome.out);
+    }
+
+    static void expectUsageError(const std::string& arguments, const std::string& inWords) {
+        const Outcome outcome = cairn(arguments);
+        EXPECT_EQ(outcome.code, 2) << arguments;
+        EXPECT_NE(outcome.err.find(inWords), std::string::npos) << arguments << " said: " << outcome.err;
+        EXPECT_EQ(outcome.out, "") << arguments;
+    }
+};
+
+TEST_F(Command, ListsScenesParametersAndSolvers) {
+    const Outcome outcome = cairn("list");
+    EXPECT_EQ(outcome.code, 0);
+    for (const char* const word : {"tower", "ragdoll_pile", "card_house", "ratio", "direct", "gauss_seidel", "auto"}) {
+        EXPECT_NE(outcome.out.find(word), std::string::npos) << word;
+    }
+    const auto json = nlohmann::json::parse(cairn("list --json -").out);
+    EXPECT_GE(json.at("scenes").size(), 20u);
+    EXPECT_EQ(json.at("scenes").at(0).at("parameters").at(0).at("name"), "n");
+}
+
+TEST_F(Command, RunJsonHasTheFixedNames) {
+    const nlohmann::json json = runJson("tower --set n=3 --seconds 0.5 --bodies");
+    for (const char* const key : {"scene", "solver", "precision", "threads", "steps", "dt", "ms_per_step", "error",
+                                  "counts", "flags", "bodies"}) {
+        EXPECT_TRUE(json.contains(key)) << key;
+    }
+    for (const char* const key : {"mean", "p50", "p99", "max"}) {
+        EXPECT_GT(json.at("ms_per_step").at(key).get<double>(), 0) << key;
+    }
+    for (const char* const key :
+         {"max_penetration_m", "final_penetration_m", "mean_penetration_m", "max_joint_gap_m", "final_joint_gap_m",
+          "max_joint_angle_rad", "final_joint_angle_rad", "residual_constraint", "residual_momentum", "cone_violation",
+          "energy_drift", "momentum_defect", "max_displacement_m"}) {
+        EXPECT_TRUE(json.at("error").contains(key)) << key;
+        EXPECT_TRUE(json.at("error").at(key).is_number() || json.at("error").at(key).is_null()) << key;
+    }
+    for (const char* const key : {"bodies", "awake", "pairs", "contacts", "joints", "islands"}) {
+        EXPECT_TRUE(json.at("counts").at(key).is_number_integer()) << key;
+    }
+    EXPECT_EQ(json.at("scene"), "tower");
+    EXPECT_EQ(json.at("precision"), "double");
+    EXPECT_EQ(json.at("steps"), 30);
+    EXPECT_EQ(json.at("counts").at("bodies"), 4);
+    EXPECT_TRUE(json.at("flags").is_array());
+    ASSERT_EQ(json.at("bodies").size(), 4u);
+    const nlohmann::json& top = json.at("bodies").at(3);
+    EXPECT_EQ(top.at("name"), "block 2");
+    EXPECT_NEAR(top.at("position").at(1).get<double>(), 2.5, 1e-3);
+    EXPECT_EQ(top.at("rotation").size(), 4u);
+    EXPECT_NEAR(std::abs(top.at("rotation").at(3).get<double>()), 1, 1e-3);  // x, y, z, w
+    EXPECT_TRUE(top.contains("linearVelocity"));
+    EXPECT_TRUE(top.contains("angularVelocity"));
+}
+
+TEST_F(Command, RunTakesItsOptions) {
+    const nlohmann::json json = runJson(
+        "chain --set links=3 --set ratio=5 --seconds 0.25 --dt 0.01 --solver gauss_seidel --substeps 4 "
+        "--iterations 2 --precision float --threads 2 --every 5");
+    EXPECT_EQ(json.at("solver"), "gauss_seidel");
+    EXPECT_EQ(json.at("precision"), "float");
+    EXPECT_EQ(json.at("threads"), 2);
+    EXPECT_EQ(json.at("steps"), 25);
+    EXPECT_DOUBLE_EQ(json.at("dt").get<double>(), 0.01);
+    EXPECT_EQ(json.at("counts").at("joints"), 3);
+    EXPECT_EQ(json.at("samples").size(), 5u);
+    EXPECT_FALSE(json.contains("bodies"));
+}
+
+TEST_F(Command, RunWritesAFileBesideItsTable) {
+    const std::filesystem::path file = scratch() / "result.json";
+    const Outcome outcome = cairn("run heavy --seconds 0.2 --json '" + file.string() + "'");
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("penetration"), std::string::npos);
+    EXPECT_EQ(nlohmann::json::parse(slurp(file)).at("scene"), "heavy");
+}
+
+TEST_F(Command, SameInputSameBits) {
+    const nlohmann::json one = runJson("pile --set n=30 --seconds 1 --bodies");
+    const nlohmann::json two = runJson("pile --set n=30 --seconds 1 --bodies --threads 2");
+    EXPECT_EQ(one.at("bodies"), two.at("bodies"));
+    EXPECT_EQ(one.at("error"), two.at("error"));
+}
+
+TEST_F(Command, RunsASceneFile) {
+    const std::filesystem::path file = scratch() / "crate.json";
+    std::ofstream(file) << R"({ "cairn": 1, "world": { "gravity": [0, -9.81, 0], "dt": 0.016666667 },
+        "bodies": [ { "name": "floor", "type": "static", "position": [0, -1, 0],
+                      "shapes": [ { "box": { "halfExtents": [20, 1, 20] } } ] },
+                    { "name": "crate", "position": [0, 1, 0], "mass": 1,
+                      "shapes": [ { "box": { "halfExtents": [0.5, 0.5, 0.5] }, "friction": 0.6 } ] } ] })";
+    const nlohmann::json json = runJson("'" + file.string() + "' --seconds 2 --bodies");
+    EXPECT_NEAR(json.at("bodies").at(1).at("position").at(1).get<double>(), 0.5, 1e-3);
+}
+
+TEST_F(Command, ToleranceMissedIsExitCodeOne) {
+    // A ball that is still deep in a floor box: nothing can have pushed it out after one step.
+    const std::filesystem::path file = scratch() / "deep.json";
+    std::ofstream(file) << R"({ "cairn": 1,
+        "bodies": [ { "name": "floor", "type": "static", "shapes": [ { "box": { "halfExtents": [5, 1, 5] } } ] },
+                    { "name": "ball", "position": [0, 1.1, 0], "mass": 1, "shapes": [ { "sphere": { "radius": 0.5 } } ] } ] })";
+    const std::string base = "run '" + file.string() + "' --seconds 0.0166";
+    const Outcome missed = cairn(base + " --tolerance 0.001");
+    EXPECT_EQ(missed.code, 1);
+    EXPECT_NE(missed.err.find("tolerance missed"), std::string::npos) << missed.err;
+    EXPECT_EQ(cairn(base + " --tolerance 1").code, 0);
+}
+
+TEST_F(Command, BadInputIsExitCodeTwoAndNamesTheNearest) {
+    expectUsageError("run towr", "tower");
+    expectUsageError("run tower --set cuont=3 ", "did you mean");
+    expectUsageError("run tower --set raito=3 ", "ratio");
+    expectUsageError("run tower --set n=0", "[1, 1000]");
+    expectUsageError("run tower --set n=2.5", "whole number");
+    expectUsageError("run tower --set kind=cube", "cylinder");
+    expectUsageError("run tower --set n", "NAME=VALUE");
+    expectUsageError("run tower --solver gaus_seidel --seconds 0.1", "gauss_seidel");
+    expectUsageError("run tower --dt 0", "dt");
+    expectUsageError("run tower --seconds -1", "seconds");
+    expectUsageError("run tower --precision half", "precision");
+    expectUsageError("rnu tower", "run");
+    expectUsageError("run", "scene");
+    expectUsageError("", "subcommand");
+    expectUsageError("render tower --out x.bmp", ".png");
+    expectUsageError("render tower --out x.png --overlay heet", "heat");
+    expectUsageError("render tower --out x.png --size 12", "1280x720");
+}
+
+TEST_F(Command, BadFilesAreExitCodeTwoAndNamed) {
+    std::ofstream(scratch() / "bridge.json") << "{}";
+    expectUsageError("run '" + (scratch() / "bidge.json").string() + "'", "bridge.json");
+    expectUsageError("run '" + (scratch() / "none/bridge.json").string() + "'", "no such folder");
+    const std::filesystem::path wrong = scratch() / "wrong.json";
+    std::ofstream(wrong) << R"({ "cairn": 1, "bodies": [ { "name": "crate", "positoin": [0, 1, 0] } ] })";
+    expectUsageError("run '" + wrong.string() + "'", "position");
+    expectUsageError("run '" + wrong.string() + "'", "wrong.json");
+    expectUsageError("run '" + wrong.string() + "' --set n=3", "built-in");
+    std::ofstream(scratch() / "torn.json") << R"({ "cairn": 1, "bodies": [ )";
+    expectUsageError("run '" + (scratch() / "torn.json").string() + "'", "torn.json");
+}
+
+TEST_F(Command, RendersPictures) {
+    const std::filesystem::path folder = scratch() / "pictures";
+    const Outcome outcome = cairn("render tower --set n=2 --at 0,0.1 --size 160x90 --overlay contacts,heat --out '" +
+                                  folder.string() + "'");
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(folder / "tower_0.00s.png"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "tower_0.10s.png"));
+    const std::filesystem::path single = scratch() / "one.png";
+    EXPECT_EQ(cairn("render heavy --at 0 --size 160x90 --out '" + single.string() + "'").code, 0);
+    EXPECT_GT(std::filesystem::file_size(single), 500u);
+}
+
+TEST_F(Command, DemoMakesPicturesAndATable) {
+    const std::filesystem::path folder = scratch() / "demo";
+    const Outcome outcome =
+        cairn("demo --scenes heavy,arch --quick --no-film --size 160x90 --out '" + folder.string() + "'");
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("penetration mm"), std::string::npos);
+    EXPECT_NE(outcome.out.find("heavy ratio=1e+04"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(std::filesystem::exists(folder / "arch_2.png"));
+}
+
+}  // namespace
