@@ -324,7 +324,7 @@ void fillFace(const Convex& s, const Vec3d& n, Face& face) {
     face.tangent2 = face.normal.cross(face.tangent1);
 }
 
-void appendFaceNormals(const Convex& s, std::vector<Vec3d>& out) {
+void appendNormals(const Convex& s, const Vec3d& other, std::vector<Vec3d>& out) {
     switch (s.kind) {
         case ShapeKind::Box:
             for (int i = 0; i < 3; ++i) {
@@ -341,9 +341,14 @@ void appendFaceNormals(const Convex& s, std::vector<Vec3d>& out) {
         case ShapeKind::Cylinder:
             out.push_back(s.turnToWork(Vec3d::UnitY()));
             out.push_back(-out.back());
+            out.push_back(s.turnToWork(radial(s.turnToShape(other - centreOf(s)))));
             return;
         case ShapeKind::Cone:
             out.push_back(s.turnToWork(-Vec3d::UnitY()));
+            out.push_back(s.turnToWork(coneSideNormal(s, radial(s.turnToShape(other - centreOf(s))))));
+            return;
+        case ShapeKind::Capsule:
+            out.push_back(s.turnToWork(radial(s.turnToShape(other - centreOf(s)))));
             return;
         case ShapeKind::Mesh: {
             Vec3d n;

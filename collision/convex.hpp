@@ -73,8 +73,9 @@ struct Face {
 bool faceNormal(const Convex& shape, const Vec3d& n, Vec3d& normal);
 // The same with its outline.
 void fillFace(const Convex& shape, const Vec3d& n, Face& face);
-// Appends all flat faces' normals (work frame).
-void appendFaceNormals(const Convex& shape, std::vector<Vec3d>& out);
+// Appends the normals (work frame) by which another shape at `other` may be left: those of all flat faces, and of the
+// round sides where they face it.
+void appendNormals(const Convex& shape, const Vec3d& other, std::vector<Vec3d>& out);
 
 // What of the core meets a plane whose outward normal is -n, seen from the shape: a closed loop (three corners or
 // more), a segment (two) or a point (one). n points out of the shape.

@@ -6,22 +6,31 @@
 namespace cairn {
 namespace {
 
+// A direction that takes overlapping shapes apart, with the points of the cores that touch last on the way.
+struct Way {
+    Vec3d n;
+    double depth = 1e300;
+    GjkAnswer touch;
+};
+
 // The least overlap by descent: push B out along n until GJK sees a gap, take the direction of the gap, repeat. Each
 // step can only lower the overlap, for any convex shapes; where n is that direction already it is a local minimum.
-void descend(const Convex& a, const Convex& b, double scale, OverlapOf& overlap, Vec3d& n, double& depth) {
+void descend(const Convex& a, const Convex& b, double scale, OverlapOf& overlap, Way& way) {
     const double gap = 0.01 * scale;
     for (int step = 0; step < 6; ++step) {
-        const GjkAnswer apart = gjk(a, b, n, (depth - a.radius - b.radius + gap) * n, 1e300);
+        const Vec3d shift = (way.depth - a.radius - b.radius + gap) * way.n;
+        const GjkAnswer apart = gjk(a, b, way.n, shift, 1e300);
         if (apart.state != GjkAnswer::State::Apart) {
             return;
         }
         const double next = overlap(apart.normal);
-        if (!(next < depth)) {
-            return;
+        if (next > way.depth + 1e-9 * scale) {
+            return;  // only round-off can raise it
         }
-        const double gain = depth - next;
-        n = apart.normal;
-        depth = next;
+        const double gain = way.depth - next;
+        way.n = apart.normal;
+        way.depth = next;
+        way.touch = apart;
         if (gain < 1e-6 * scale) {
             return;
         }
@@ -31,93 +40,70 @@ void descend(const Convex& a, const Convex& b, double scale, OverlapOf& overlap,
 // Ends of two lines closer than this part of their length are one end, named after the first shape.
 constexpr double sameEnd = 1e-3;
 
-struct Closest {
-    Vec3d onA;
-    Vec3d onB;
-};
-
-// Nearest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9).
-Closest nearestOfSegments(const std::array<Vec3d, 2>& p, const std::array<Vec3d, 2>& q) {
-    const Vec3d d1 = p[1] - p[0];
-    const Vec3d d2 = q[1] - q[0];
-    const Vec3d r = p[0] - q[0];
-    const double a = d1.squaredNorm();
-    const double e = d2.squaredNorm();
-    const double b = d1.dot(d2);
-    const double c = d1.dot(r);
-    const double f = d2.dot(r);
-    const double denominator = a * e - b * b;
-    double s = denominator > 1e-12 * a * e ? std::clamp((b * f - c * e) / denominator, 0.0, 1.0) : 0.5;
-    double t = e > 0 ? (b * s + f) / e : 0;
-    if (t < 0 || t > 1) {
-        t = std::clamp(t, 0.0, 1.0);
-        s = a > 0 ? std::clamp((b * t - c) / a, 0.0, 1.0) : 0;
-    }
-    return {p[0] + s * d1, q[0] + t * d2};
-}
-
-// Clips the other shape's outline by the face along `outward`, which shape `side` holds.
-bool faceManifold(const Convex& holder, const Convex& other, const Vec3d& outward, int side, double margin,
-                  Scratch& scratch, WorkManifold& out) {
-    fillFace(holder, outward, scratch.face);
-    incidentOutline(other, -scratch.face.normal, scratch.incident);
-    scratch.candidates.clear();
-    clipToFace(scratch, other.radius, margin);
-    if (scratch.candidates.empty()) {
-        return false;
-    }
-    fillManifold(scratch, scratch.face.normal, side, out);
-    return true;
-}
-
 }  // namespace
 
-Vec3d wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
-             NarrowCounts& counts) {
+GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+                 NarrowCounts& counts) {
     OverlapOf overlap{a, b};
-    Vec3d best = Vec3d::UnitY();
-    double depth = 1e300;
+    // The best few, so that a deep overlap is left from more than one side: descent finds local minima only.
+    constexpr std::size_t few = 5;
+    std::array<Way, few> ways;
     const auto attempt = [&](const Vec3d& n) {
         const double d = overlap(n);
-        if (d < depth) {
-            depth = d;
-            best = n;
+        std::size_t k = few;
+        for (; k > 0 && d < ways[k - 1].depth; --k) {
+            if (k < few) {
+                ways[k].n = ways[k - 1].n;
+                ways[k].depth = ways[k - 1].depth;
+            }
+        }
+        if (k < few) {
+            ways[k].n = n;
+            ways[k].depth = d;
         }
     };
-    Vec3d way;
-    const bool answered = mprDirection(a, b, way);
-    if (answered) {
-        attempt(way);
-        attempt(-way);
-    } else {
-        ++counts.repairedFailures;
-    }
-    const double byMpr = depth;
+    const Vec3d centreA = centreOf(a);
+    const Vec3d centreB = centreOf(b);
     scratch.normals.clear();
-    appendFaceNormals(a, scratch.normals);
+    appendNormals(a, centreB, scratch.normals);
     const std::size_t ofA = scratch.normals.size();
-    appendFaceNormals(b, scratch.normals);
+    appendNormals(b, centreA, scratch.normals);
     for (std::size_t i = 0; i < scratch.normals.size(); ++i) {
         attempt(i < ofA ? scratch.normals[i] : Vec3d(-scratch.normals[i]));
     }
-    if (memory.normal.squaredNorm() > 0.5) {
+    const bool remembers = memory.normal.squaredNorm() > 0.5;
+    if (remembers) {
         attempt(memory.normal);
     }
-    const Vec3d line = centreOf(b) - centreOf(a);
+    const Vec3d line = centreB - centreA;
     const double length = line.norm();
-    if (length > 1e-9 * scale) {
-        attempt(line / length);
-    } else {
-        attempt(Vec3d::UnitY());
+    attempt(length > 1e-9 * scale ? Vec3d(line / length) : Vec3d::UnitY());
+    // A pair that touched before has not gone far since: its old normal is as good a start as MPR's, and one is enough.
+    const bool known = remembers && ways[0].depth < 0.05 * scale;
+    double byMpr = 1e300;
+    if (!known) {
+        Vec3d way;
+        if (mprDirection(a, b, way)) {
+            way = overlap(way) <= overlap(-way) ? way : Vec3d(-way);
+            byMpr = overlap(way);
+            attempt(way);
+        } else {
+            ++counts.repairedFailures;
+        }
     }
-    descend(a, b, scale, overlap, best, depth);
-    if (answered && depth < byMpr - 1e-3 * scale) {
+    std::size_t best = 0;
+    for (std::size_t k = 0; k < (known ? 1 : few) && ways[k].depth < 1e300; ++k) {
+        descend(a, b, scale, overlap, ways[k]);
+        best = ways[k].depth < ways[best].depth ? k : best;
+    }
+    if (byMpr < 1e300 && ways[best].depth < byMpr - 1e-3 * scale) {
         ++counts.repairedNormals;
     }
-    return best;
+    ways[best].touch.normal = ways[best].n;
+    return ways[best].touch;
 }
 
-void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& apart, double margin,
+void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& near, double margin,
                   WorkManifold& out) {
     int hint = 0;
     const EdgeFeature fa = edgeAlong(a, n, hint);
@@ -169,29 +155,8 @@ void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAns
             }
         }
     }
-    if (apart.state == GjkAnswer::State::Apart) {
-        add(apart.onA, apart.onB, id);
-    } else if (fa.count == 2 || fb.count == 2) {
-        // A point is a segment without length.
-        std::array<Vec3d, 2> sa = fa.points;
-        std::array<Vec3d, 2> sb = fb.points;
-        if (fa.count == 1) {
-            sa[1] = sa[0];
-        }
-        if (fb.count == 1) {
-            sb[1] = sb[0];
-        }
-        // Across the normal only: where they overlap, depth must not pull the points aside.
-        for (Vec3d& p : sb) {
-            p -= n * n.dot(p - sa[0]);
-        }
-        for (Vec3d& p : sa) {
-            p -= n * n.dot(p - sb[0]);
-        }
-        const Closest flat = nearestOfSegments(sa, sb);
-        const double heightA = n.dot(fa.points[0]);
-        const double heightB = n.dot(fb.points[0]);
-        add(flat.onA + n * (heightA - n.dot(flat.onA)), flat.onB + n * (heightB - n.dot(flat.onB)), id);
+    if (near.state == GjkAnswer::State::Apart) {
+        add(near.onA, near.onB, id);
     } else {
         add(fa.points[0], fb.points[0], id);
     }
@@ -205,8 +170,9 @@ bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& m
     if (apart.state == GjkAnswer::State::Beyond) {
         return false;
     }
-    const Vec3d n =
-        apart.state == GjkAnswer::State::Apart ? apart.normal : wayOut(a, b, memory, scale, scratch, counts);
+    const bool disjoint = apart.state == GjkAnswer::State::Apart;
+    const GjkAnswer near = disjoint ? apart : wayOut(a, b, memory, scale, scratch, counts);
+    const Vec3d& n = near.normal;
     OverlapOf overlap{a, b};
     const double depth = overlap(n);
     if (!(depth >= -margin)) {
@@ -224,18 +190,40 @@ bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& m
     // The one remembered stays until the other is clearly better.
     const bool preferB = hasB && depthB < depthA + (memory.reference == 1 ? slack : -slack);
     for (const bool takeB : {preferB, !preferB}) {
-        if ((takeB ? depthB : depthA) > allowed) {
+        const double faceDepth = takeB ? depthB : depthA;
+        if (faceDepth > allowed) {
             continue;
         }
-        if (takeB ? faceManifold(b, a, faceB, 1, margin, scratch, out)
-                  : faceManifold(a, b, faceA, 0, margin, scratch, out)) {
-            if (out.count > 1) {
-                ++counts.completed;
-            }
-            return true;
+        const Convex& other = takeB ? a : b;
+        fillFace(takeB ? b : a, takeB ? faceB : faceA, scratch.face);
+        const Vec3d outward = scratch.face.normal;
+        incidentOutline(other, -outward, scratch.incident);
+        scratch.candidates.clear();
+        clipToFace(scratch, other.radius, margin);
+        if (scratch.candidates.empty()) {
+            continue;
         }
+        double lowest = 1e300;
+        for (const Candidate& c : scratch.candidates) {
+            lowest = std::min(lowest, c.separation);
+        }
+        if (lowest > -depth + slack + 0.05 * std::abs(depth)) {
+            // The deepest place lies beside the face, or on a rounding that the outline cuts off.
+            edgeManifold(a, b, n, near, margin, out);
+            for (int k = 0; k < out.count; ++k) {
+                const ContactPoint& p = out.points[static_cast<std::size_t>(k)];
+                const Vec3d& inner = takeB ? p.onB : p.onA;
+                const Vec3d& outer = takeB ? p.onA : p.onB;
+                scratch.candidates.push_back({inner, outer, outward.dot(outer - inner), p.feature});
+            }
+        }
+        fillManifold(scratch, outward, takeB ? 1 : 0, out);
+        if (out.count > 1) {
+            ++counts.completed;
+        }
+        return true;
     }
-    edgeManifold(a, b, n, apart, margin, out);
+    edgeManifold(a, b, n, near, margin, out);
     return out.count > 0;
 }
 

@@ -140,15 +140,16 @@ void convexTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsi
         const double scale = scaleOf(b);
         Memory up;
         up.normal = face;
-        const Vec3d n =
-            apart.state == GjkAnswer::State::Apart ? apart.normal : wayOut(a, b, up, scale, scratch, counts);
+        const GjkAnswer near =
+            apart.state == GjkAnswer::State::Apart ? apart : wayOut(a, b, up, scale, scratch, counts);
+        const Vec3d& n = near.normal;
         const double depth = overlap(n);
         const double upright = n.dot(face);
         // From behind only the face's own direction leads out.
         if (upright > -0.01 && upright < sameNormal && faceDepth > depth + 1e-3 * scale + 0.01 * std::abs(depth) &&
             ((active >> edgeToward(corners, face, n)) & 1u) != 0) {
             WorkManifold edge;
-            edgeManifold(a, b, n, apart, margin, edge);
+            edgeManifold(a, b, n, near, margin, edge);
             for (int k = 0; k < edge.count; ++k) {
                 const ContactPoint& p = edge.points[static_cast<std::size_t>(k)];
                 add(clusters, n, p.onA, p.onB, mixIds(triangle, p.feature) | 0x40000000u);

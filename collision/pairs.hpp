@@ -29,13 +29,14 @@ bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, doubl
 bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
                 NarrowCounts& counts, WorkManifold& out);
 
-// The way out of overlapping cores, unit: the least overlap over the normal of MPR, all flat faces of both, the
-// remembered normal and the centre line, then descent from there. scale: a length of the smaller shape, m.
-Vec3d wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
-             NarrowCounts& counts);
-// One point along n, or two where lines lie along each other: where no flat face takes part. apart: GJK's answer for
-// the pair, whose nearest points are taken if it has them.
-void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& apart, double margin,
+// The way out of overlapping cores: the least overlap over the normal of MPR, all flat faces of both, the remembered
+// normal and the centre line, then descent from the best of them. scale: a length of the smaller shape, m. Its normal
+// is always set; with State::Apart, its points are those of the cores that touch last on the way.
+GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+                 NarrowCounts& counts);
+// One point along n, or two where lines lie along each other: where no flat face takes part. near: what gjk or wayOut
+// answered for the pair; its points are taken if it has them.
+void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& near, double margin,
                   WorkManifold& out);
 
 // The signed distance of a point to a shape that is not placed: negative inside.
