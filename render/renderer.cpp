@@ -10,9 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
-#include <unordered_map>
 
 namespace cairn {
 

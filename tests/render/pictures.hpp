@@ -23,10 +23,19 @@ inline MeshHandle unitBall() {
     return mesh;
 }
 
+// A file in a folder of this process, which goes when the process ends.
 inline std::filesystem::path scratch(const std::string& name) {
-    const auto folder = std::filesystem::temp_directory_path() / ("cairn_render_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder);
-    return folder / name;
+    struct Folder {
+        std::filesystem::path path =
+            std::filesystem::temp_directory_path() / ("cairn_render_" + std::to_string(getpid()));
+        Folder() { std::filesystem::create_directories(path); }
+        ~Folder() {
+            std::error_code error;
+            std::filesystem::remove_all(path, error);
+        }
+    };
+    static const Folder folder;
+    return folder.path / name;
 }
 
 // A pyramid of boxes, a row of balls, and as last instance a small box that covers about `share` of the picture.

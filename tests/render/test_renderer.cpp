@@ -1,8 +1,16 @@
 #include <cstdlib>
+#include <functional>
 #include <limits>
 #include <thread>
 
 #include "pictures.hpp"
+
+#if defined(__SANITIZE_ADDRESS__)
+// OSMesa keeps a few hundred bytes for as long as the process lives; leaks of Cairn are still found.
+extern "C" const char* __lsan_default_suppressions() {  // NOLINT(bugprone-reserved-identifier)
+    return "leak:libOSMesa";
+}
+#endif
 
 namespace cairn {
 namespace {
@@ -179,11 +187,11 @@ TEST(Renderer, shadowFallsWhereTheSunIsHidden) {
 TEST(Renderer, shadowFallsOnBodies) {
     DrawScene scene = plainScene();
     scene.sun = {.direction = {0, 0, -1}};
-    scene.camera.eye = {3, 3, 10};
+    scene.camera.eye = {8, 8, 10};
     scene.instances.push_back({.mesh = unitBox(), .pose = {{0, 0, -2}}, .scale = {3, 3, 1}});
     scene.instances.push_back({.mesh = unitBall(), .pose = {{0, 0, 0}}});
     const Image image = renderer().render(scene);
-    // The wall's front is at z = -1.5; the ball shades its middle, and the middle is in sight below the ball.
+    // The wall's front is at z = -1.5; the ball shades its middle, and from this side the ball hides none of it.
     const float shaded = linearAt(scene, image, {-0.3f, -0.3f, -1.5f}).y();
     const float open = linearAt(scene, image, {-1.2f, -1.2f, -1.5f}).y();
     EXPECT_LT(shaded, 0.6f * open);
