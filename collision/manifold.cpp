@@ -197,13 +197,11 @@ void clipToFace(Scratch& scratch, double radius, double margin) {
 int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tangent1, const Vec3d& tangent2,
                      std::array<int, 4>& chosen) {
     const int count = static_cast<int>(candidates.size());
-    if (count <= 4) {
-        for (int i = 0; i < count; ++i) {
-            chosen[static_cast<std::size_t>(i)] = i;
-        }
+    const auto at = [&](int i) -> const Candidate& { return candidates[static_cast<std::size_t>(i)]; };
+    if (count <= 2) {
+        chosen = {0, 1, 0, 0};
         return count;
     }
-    const auto at = [&](int i) -> const Candidate& { return candidates[static_cast<std::size_t>(i)]; };
     Vec3d low = at(0).inner;
     Vec3d high = low;
     for (int i = 1; i < count; ++i) {
@@ -211,6 +209,14 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
         high = high.cwiseMax(at(i).inner);
     }
     const double slack = tie * (high - low).norm();
+    const auto offLine = [&](int i, int from, int to) {
+        const Vec3d along = at(to).inner - at(from).inner;
+        return (at(i).inner - at(from).inner).cross(along).norm() / std::max(along.norm(), 1e-300);
+    };
+    if (count <= 4 && (offLine(2, 0, 1) > slack || (count == 4 && offLine(3, 0, 1) > slack))) {
+        chosen = {0, 1, 2, 3};
+        return count;
+    }
     // Of the candidates with nearly the highest value, the one of the lowest id.
     const auto highest = [&](const auto& value) {
         double top = value(0);
@@ -244,8 +250,10 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
     }
     // Two diagonals met in one corner: the point farthest from those taken fills up, if it is a place of its own.
     while (used < 4) {
-        const int best = highest(nearestTaken);
-        if (nearestTaken(best) <= slack) {
+        // Two points make a line, which a third one on it would not make steadier.
+        const auto gain = [&](int i) { return used == 2 ? offLine(i, chosen[0], chosen[1]) : nearestTaken(i); };
+        const int best = highest(gain);
+        if (gain(best) <= slack) {
             break;
         }
         chosen[static_cast<std::size_t>(used++)] = best;
