@@ -7,7 +7,10 @@
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
+#include <cstring>
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 
 namespace cairn {
 
@@ -21,10 +24,15 @@ constexpr std::array allowed = {".obj", ".stl", ".glb", ".gltf"};
     throw InputError(file.string(), value, remedy);
 }
 
-void requireAllowed(const std::filesystem::path& file) {
+std::string kindOf(const std::filesystem::path& file) {
     std::string extension = file.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+void requireAllowed(const std::filesystem::path& file) {
+    const std::string extension = kindOf(file);
     if (std::find(allowed.begin(), allowed.end(), extension) == allowed.end()) {
         fail(file, extension.empty() ? "(no extension)" : extension,
              "mesh files are read as obj, stl, glb or gltf only; save it as one of these");
@@ -63,6 +71,54 @@ const aiScene& sound(const std::filesystem::path& file, Assimp::Importer& import
         requireSound(file, *scene->mMeshes[m]);
     }
     return *scene;
+}
+
+// How many triangles a glTF file says it holds; its text stands alone (.gltf) or behind 20 bytes of header (.glb).
+std::size_t promisedTriangles(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    constexpr std::size_t header = 20;
+    if (kindOf(file) == ".glb" && text.size() > header) {
+        std::uint32_t length = 0;
+        std::memcpy(&length, text.data() + 12, sizeof length);  // of the JSON chunk, little-endian
+        text = text.substr(header, length);
+    }
+    const nlohmann::json document = nlohmann::json::parse(text);
+    std::size_t triangles = 0;
+    for (const auto& mesh : document.at("meshes")) {
+        for (const auto& primitive : mesh.at("primitives")) {
+            constexpr int list = 4;
+            constexpr int fan = 6;
+            const int mode = primitive.value("mode", list);
+            const auto& source =
+                primitive.contains("indices") ? primitive.at("indices") : primitive.at("attributes").at("POSITION");
+            const auto corners = document.at("accessors").at(source.get<std::size_t>()).at("count").get<std::size_t>();
+            if (mode == list) {
+                triangles += corners / 3;
+            } else if (mode > list && mode <= fan && corners > 2) {  // strips and fans
+                triangles += corners - 2;
+            }
+        }
+    }
+    return triangles;
+}
+
+// assimp leaves out a glTF triangle whose index is out of range, with a warning that only its log shows.
+void requireAllTriangles(const std::filesystem::path& file, const aiScene& scene) {
+    if (kindOf(file) != ".glb" && kindOf(file) != ".gltf") {
+        return;
+    }
+    std::size_t triangles = 0;
+    for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+        const aiMesh& mesh = *scene.mMeshes[m];
+        triangles += static_cast<std::size_t>(std::count_if(mesh.mFaces, mesh.mFaces + mesh.mNumFaces,
+                                                            [](const aiFace& face) { return face.mNumIndices == 3; }));
+    }
+    const std::size_t promised = promisedTriangles(file);
+    if (triangles < promised) {
+        fail(file, std::to_string(triangles) + " of " + std::to_string(promised) + " triangles are sound",
+             "an index of the others is out of range; mend them in the file");
+    }
 }
 
 // Gathers triangles; equal vertices become one, so that neighbours know each other.
@@ -133,7 +189,8 @@ TriangleMesh loadMesh(const std::filesystem::path& file, double scale) {
         Assimp::Importer importer;
         // FindInvalidData would drop a whole object for one bad vertex, and JoinIdenticalVertices keeps apart what
         // differs in normal or texture: both are done here instead.
-        sound(file, importer, importer.ReadFile(file.string(), aiProcess_ValidateDataStructure));
+        const aiScene* read = importer.ReadFile(file.string(), aiProcess_ValidateDataStructure);
+        requireAllTriangles(file, sound(file, importer, read));
         const aiScene* triangulated =
             importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_PreTransformVertices);
         return trianglesOf(file, sound(file, importer, triangulated), scale);

@@ -1,0 +1,454 @@
+// Scenes through files and back: every field, to the last bit.
+#include "temp_dir.hpp"
+
+#include <cairn/assets/assets.hpp>
+#include <cairn/collision/collision_mesh.hpp>
+#include <cairn/collision/hull.hpp>
+
+#include <bit>
+#include <random>
+
+namespace cairn::test {
+namespace {
+
+class Chance {
+public:
+    double number(double low = 0.1, double high = 1) {
+        return std::uniform_real_distribution<double>(low, high)(engine_);
+    }
+    Vec3d vector(double low = -1, double high = 1) { return {number(low, high), number(low, high), number(low, high)}; }
+    Quatd rotation() { return Quatd(Eigen::Vector4d(number(-1), number(-1), number(-1), number())).normalized(); }
+
+private:
+    std::mt19937_64 engine_{11};
+};
+
+void expectBits(double a, double b, const char* what) {
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(a), std::bit_cast<std::uint64_t>(b)) << what << ": " << a << " and " << b;
+}
+void expectBits(const Vec3d& a, const Vec3d& b, const char* what) {
+    for (int i = 0; i < 3; ++i) {
+        expectBits(a[i], b[i], what);
+    }
+}
+void expectBits(const Quatd& a, const Quatd& b, const char* what) {
+    for (int i = 0; i < 4; ++i) {
+        expectBits(a.coeffs()[i], b.coeffs()[i], what);
+    }
+}
+
+void expectSame(const Shape& a, const Shape& b) {
+    ASSERT_EQ(a.kind, b.kind);
+    expectBits(a.size, b.size, "size");
+    expectBits(a.offset, b.offset, "offset");
+    expectBits(a.pose.position, b.pose.position, "shape position");
+    expectBits(a.pose.rotation, b.pose.rotation, "shape rotation");
+    expectBits(a.material.friction, b.material.friction, "friction");
+    expectBits(a.material.staticFriction, b.material.staticFriction, "staticFriction");
+    expectBits(a.material.restitution, b.material.restitution, "restitution");
+    expectBits(a.material.density, b.material.density, "density");
+    if (a.hull) {
+        ASSERT_EQ(a.hull->vertices.size(), b.hull->vertices.size());
+        for (std::size_t i = 0; i < a.hull->vertices.size(); ++i) {
+            expectBits(a.hull->vertices[i], b.hull->vertices[i], "hull vertex");
+        }
+        ASSERT_EQ(a.hull->faces.size(), b.hull->faces.size());
+        for (std::size_t i = 0; i < a.hull->faces.size(); ++i) {
+            EXPECT_EQ(a.hull->faces[i].vertices, b.hull->faces[i].vertices);
+            expectBits(a.hull->faces[i].normal, b.hull->faces[i].normal, "hull normal");
+        }
+    }
+    if (a.mesh) {
+        const TriangleMesh& meshA = a.mesh->triangles();
+        const TriangleMesh& meshB = b.mesh->triangles();
+        ASSERT_EQ(meshA.vertices.size(), meshB.vertices.size());
+        for (std::size_t i = 0; i < meshA.vertices.size(); ++i) {
+            expectBits(meshA.vertices[i], meshB.vertices[i], "mesh vertex");
+        }
+        EXPECT_EQ(meshA.triangles, meshB.triangles);
+    }
+}
+
+void expectSame(const BodyDef& a, const BodyDef& b) {
+    SCOPED_TRACE("body " + a.name);
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.type, b.type);
+    expectBits(a.position, b.position, "position");
+    expectBits(a.rotation, b.rotation, "rotation");
+    expectBits(a.linearVelocity, b.linearVelocity, "linearVelocity");
+    expectBits(a.angularVelocity, b.angularVelocity, "angularVelocity");
+    expectBits(a.mass, b.mass, "mass");
+    expectBits(a.inertia, b.inertia, "inertia");
+    expectBits(a.linearDamping, b.linearDamping, "linearDamping");
+    expectBits(a.angularDamping, b.angularDamping, "angularDamping");
+    expectBits(a.gravityScale, b.gravityScale, "gravityScale");
+    EXPECT_EQ(a.lockLinear, b.lockLinear);
+    EXPECT_EQ(a.lockAngular, b.lockAngular);
+    EXPECT_EQ(a.filter.category, b.filter.category);
+    EXPECT_EQ(a.filter.mask, b.filter.mask);
+    EXPECT_EQ(a.filter.group, b.filter.group);
+    EXPECT_EQ(a.canSleep, b.canSleep);
+    EXPECT_EQ(a.awake, b.awake);
+    ASSERT_EQ(a.shapes.size(), b.shapes.size());
+    for (std::size_t i = 0; i < a.shapes.size(); ++i) {
+        expectSame(a.shapes[i], b.shapes[i]);
+    }
+}
+
+template <class Def>
+void expectSameJoint(const Def& a, const Def& b) {
+    EXPECT_EQ(a.a, b.a);
+    EXPECT_EQ(a.b, b.b);
+    EXPECT_EQ(a.collide, b.collide);
+    expectBits(a.softness.compliance, b.softness.compliance, "compliance");
+    expectBits(a.softness.damping, b.softness.damping, "damping");
+    expectBits(a.softness.frequency, b.softness.frequency, "frequency");
+    expectBits(a.softness.dampingRatio, b.softness.dampingRatio, "dampingRatio");
+    if constexpr (requires { a.anchor; }) {
+        expectBits(a.anchor, b.anchor, "anchor");
+    } else {
+        expectBits(a.anchorA, b.anchorA, "anchorA");
+        expectBits(a.anchorB, b.anchorB, "anchorB");
+    }
+    if constexpr (requires { a.axis; }) {
+        expectBits(a.axis, b.axis, "axis");
+    }
+    if constexpr (requires { a.lower; }) {
+        expectBits(a.lower, b.lower, "lower");
+        expectBits(a.upper, b.upper, "upper");
+    }
+    if constexpr (requires { a.motorSpeed; }) {
+        expectBits(a.motorSpeed, b.motorSpeed, "motorSpeed");
+    }
+    if constexpr (requires { a.motorTorque; }) {
+        expectBits(a.motorTorque, b.motorTorque, "motorTorque");
+    }
+    if constexpr (requires { a.motorForce; }) {
+        expectBits(a.motorForce, b.motorForce, "motorForce");
+    }
+    if constexpr (requires { a.swing; }) {
+        expectBits(a.swing, b.swing, "swing");
+        expectBits(a.twistLower, b.twistLower, "twistLower");
+        expectBits(a.twistUpper, b.twistUpper, "twistUpper");
+    }
+}
+
+void expectSame(const Scene& a, const Scene& b) {
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.description, b.description);
+    expectBits(a.world.gravity, b.world.gravity, "gravity");
+    EXPECT_EQ(a.world.solver.name, b.world.solver.name);
+    EXPECT_EQ(a.world.solver.substeps, b.world.solver.substeps);
+    EXPECT_EQ(a.world.solver.iterations, b.world.solver.iterations);
+    expectBits(a.world.solver.relaxation, b.world.solver.relaxation, "relaxation");
+    expectBits(a.world.solver.warmStart, b.world.solver.warmStart, "warmStart");
+    expectBits(a.world.solver.tolerance, b.world.solver.tolerance, "tolerance");
+    expectBits(a.world.solver.directWork, b.world.solver.directWork, "directWork");
+    EXPECT_EQ(a.world.sleep.enabled, b.world.sleep.enabled);
+    expectBits(a.world.sleep.distance, b.world.sleep.distance, "sleep distance");
+    expectBits(a.world.sleep.time, b.world.sleep.time, "sleep time");
+    EXPECT_EQ(a.world.threads, b.world.threads);
+    expectBits(a.world.contactMargin, b.world.contactMargin, "contactMargin");
+    expectBits(a.world.restitutionSpeed, b.world.restitutionSpeed, "restitutionSpeed");
+    expectBits(a.world.maxPushOutSpeed, b.world.maxPushOutSpeed, "maxPushOutSpeed");
+    expectBits(a.dt, b.dt, "dt");
+    expectBits(a.seconds, b.seconds, "seconds");
+    expectBits(a.view.eye, b.view.eye, "eye");
+    expectBits(a.view.target, b.view.target, "target");
+    expectBits(a.view.fov, b.view.fov, "fov");
+    ASSERT_EQ(a.bodies.size(), b.bodies.size());
+    for (std::size_t i = 0; i < a.bodies.size(); ++i) {
+        expectSame(a.bodies[i], b.bodies[i]);
+    }
+    ASSERT_EQ(a.joints.size(), b.joints.size());
+    for (std::size_t i = 0; i < a.joints.size(); ++i) {
+        SCOPED_TRACE("joint " + a.joints[i].name);
+        EXPECT_EQ(a.joints[i].name, b.joints[i].name);
+        ASSERT_EQ(a.joints[i].def.index(), b.joints[i].def.index());
+        std::visit(
+            [&](const auto& def) { expectSameJoint(def, std::get<std::decay_t<decltype(def)>>(b.joints[i].def)); },
+            a.joints[i].def);
+    }
+}
+
+Softness anySoftness(Chance& chance) {
+    return {chance.number(), chance.number(), chance.number(), chance.number()};
+}
+
+// Every field away from its default, with numbers that have no short decimal form.
+Scene everyField() {
+    Chance chance;
+    Scene scene;
+    scene.name = "every field";
+    scene.description = "quotes \" and \\ and \n and ü";
+    scene.world.gravity = chance.vector();
+    scene.world.solver = {"gauss_seidel", 3, 7, chance.number(), chance.number(), chance.number(), chance.number()};
+    scene.world.sleep = {false, chance.number(), chance.number()};
+    scene.world.threads = 3;
+    scene.world.contactMargin = chance.number();
+    scene.world.restitutionSpeed = chance.number();
+    scene.world.maxPushOutSpeed = chance.number();
+    scene.dt = chance.number() / 60;
+    scene.seconds = 10 * chance.number();
+    scene.view = {chance.vector(), chance.vector(), 30 + chance.number()};
+
+    std::vector<Vec3d> cloud;
+    for (int i = 0; i < 40; ++i) {
+        cloud.push_back(chance.vector());
+    }
+    std::vector<Shape> solids = {sphere(chance.number()),
+                                 capsule(chance.number(), chance.number()),
+                                 box(chance.vector(0.1)),
+                                 cylinder(chance.number(), chance.number()),
+                                 cone(chance.number(), chance.number()),
+                                 ellipsoid(chance.vector(0.1)),
+                                 convexHull(cloud)};
+    std::vector<Shape> still = {halfSpace(chance.vector(), chance.number()), mesh(loadMesh(dataFile("bowl.obj")))};
+    for (std::vector<Shape>* shapes : {&solids, &still}) {
+        for (Shape& shape : *shapes) {
+            shape.pose = {chance.vector(), chance.rotation()};
+            const double friction = chance.number();
+            shape.material = {friction, friction + chance.number(), chance.number(), 1000 * chance.number()};
+        }
+    }
+    scene.add({.name = "still", .type = BodyType::Static, .shapes = still, .position = chance.vector()});
+    scene.add({.name = "solids",
+               .shapes = solids,
+               .position = {-0.0, chance.number(), 1e-300},
+               .rotation = chance.rotation(),
+               .linearVelocity = chance.vector(),
+               .angularVelocity = chance.vector(),
+               .mass = chance.number(),
+               .inertia = chance.vector(0.5),
+               .linearDamping = chance.number(),
+               .angularDamping = chance.number(),
+               .gravityScale = -chance.number(),
+               .lockLinear = {true, false, true},
+               .lockAngular = {false, true, false},
+               .filter = {6, 0xfffffff0U, -4},
+               .canSleep = false,
+               .awake = false});
+    const BodyId plain = scene.add({.shapes = {sphere(0.5)}});
+    const BodyId moved = scene.add({.name = "moved", .type = BodyType::Kinematic, .shapes = {sphere(0.5)}});
+
+    const BodyId a = Scene::bodyAt(1);
+    scene.add("ball", BallDef{a, moved, chance.vector(), anySoftness(chance), true});
+    scene.add("hinge", HingeDef{a, plain, chance.vector(), chance.vector(), -chance.number(), chance.number(),
+                                chance.number(), chance.number(), anySoftness(chance), true});
+    scene.add("slider", SliderDef{moved, plain, chance.vector(), chance.vector(), -chance.number(), chance.number(),
+                                  chance.number(), chance.number(), anySoftness(chance), true});
+    scene.add("weld", WeldDef{a, Scene::bodyAt(0), chance.vector(), anySoftness(chance), true});
+    scene.add("distance", DistanceDef{a, moved, chance.vector(), chance.vector(), chance.number(), 1 + chance.number(),
+                                      anySoftness(chance), true});
+    scene.add("cone", ConeTwistDef{a, moved, chance.vector(), chance.vector(), chance.number(), -chance.number(),
+                                   chance.number(), anySoftness(chance), true});
+    scene.add("", HingeDef{.a = a, .b = moved, .upper = 1});
+    scene.add("", DistanceDef{.a = a, .b = moved});
+    return scene;
+}
+
+TEST(SceneFile, EveryFieldComesBackToTheLastBit) {
+    const Scene scene = everyField();
+    const std::string json = toJson(scene);
+    const Scene back = parseScene(json, {}, "test");
+    expectSame(scene, back);
+    EXPECT_EQ(json, toJson(back));
+}
+
+TEST(SceneFile, DefaultsAreLeftOutAndComeBack) {
+    Scene scene;
+    scene.name = "plain";
+    scene.add({.name = "ball", .shapes = {sphere(0.25)}});
+    const std::string json = toJson(scene);
+    EXPECT_EQ(json,
+              "{ \"cairn\": 1, \"name\": \"plain\", \"bodies\": [{ \"name\": \"ball\", \"shapes\": [{ \"sphere\": { "
+              "\"radius\": 0.25 } }] }] }\n");
+    expectSame(scene, parseScene(json, {}, "test"));
+}
+
+TEST(SceneFile, DataScenesComeBack) {
+    for (const char* name : {"crate.json", "everything.json", "meshes.json", "arch.json"}) {
+        SCOPED_TRACE(name);
+        const Scene scene = loadScene(dataFile(name));
+        expectSame(scene, parseScene(toJson(scene), {}, scene.name));
+    }
+}
+
+TEST(SceneFile, CrateIsWhatItsFileSays) {
+    const Scene scene = loadScene(dataFile("crate.json"));
+    EXPECT_EQ(scene.name, "crate");
+    EXPECT_EQ(scene.dt, 0.016666667);
+    EXPECT_EQ(scene.world.solver.name, "gauss_seidel");
+    EXPECT_EQ(scene.world.solver.iterations, 1);
+    EXPECT_EQ(scene.world.solver.substeps, 8);
+    ASSERT_EQ(scene.bodies.size(), 2U);
+    EXPECT_EQ(scene.bodies[0].type, BodyType::Static);
+    EXPECT_EQ(scene.bodies[0].shapes[0].material.density, 700);
+    EXPECT_EQ(scene.bodies[1].type, BodyType::Dynamic);
+    EXPECT_EQ(scene.bodies[1].mass, 1);
+    EXPECT_EQ(scene.bodies[1].shapes[0].size, Vec3d::Constant(0.5));
+    const auto& hook = std::get<BallDef>(scene.joints[0].def);
+    EXPECT_EQ(hook.a, Scene::bodyAt(0));
+    EXPECT_EQ(hook.b, Scene::bodyAt(1));
+    EXPECT_EQ(hook.anchor, Vec3d(0, 1, 0));
+}
+
+TEST(SceneFile, EverythingHoldsEveryShapeAndJoint) {
+    const Scene scene = loadScene(dataFile("everything.json"));
+    std::set<ShapeKind> kinds;
+    for (const BodyDef& body : scene.bodies) {
+        for (const Shape& shape : body.shapes) {
+            kinds.insert(shape.kind);
+        }
+    }
+    EXPECT_EQ(kinds.size(), 9U);
+    std::set<std::size_t> joints;
+    for (const SceneJoint& joint : scene.joints) {
+        joints.insert(joint.def.index());
+    }
+    EXPECT_EQ(joints.size(), std::variant_size_v<JointDef>);
+}
+
+Shape onlyShape(const std::string& shape, const std::string& materials = "{}") {
+    const std::string json =
+        R"({"cairn": 1, "materials": )" + materials + R"(, "bodies": [{"type": "static", "shapes": [)" + shape + "]}]}";
+    return parseScene(json, {}, "test").bodies[0].shapes[0];
+}
+
+TEST(SceneFile, MaterialsAndOverrides) {
+    const std::string ice = R"({"ice": {"friction": 0.05, "staticFriction": 0.1, "restitution": 0.2, "density": 917}})";
+    const Material plain = onlyShape(R"({"sphere": {"radius": 1}, "material": "ice"})", ice).material;
+    EXPECT_EQ(plain.friction, 0.05);
+    EXPECT_EQ(plain.staticFriction, 0.1);
+    EXPECT_EQ(plain.restitution, 0.2);
+    EXPECT_EQ(plain.density, 917);
+    // A friction given here sets both, or a rough override would be below the material's sticking one.
+    const Material rough = onlyShape(R"({"sphere": {"radius": 1}, "material": "ice", "friction": 0.8})", ice).material;
+    EXPECT_EQ(rough.friction, 0.8);
+    EXPECT_LT(rough.staticFriction, 0);
+    EXPECT_EQ(rough.density, 917);
+}
+
+TEST(SceneFile, DirectionsAndRotationsNeedNotBeUnit) {
+    const Shape plane = onlyShape(R"({"halfspace": {"normal": [0, 3, 4], "offset": 2}, "rotation": [0, 0, 2, 2]})");
+    EXPECT_NEAR((plane.size - Vec3d(0, 0.6, 0.8)).norm(), 0, 1e-15);
+    EXPECT_EQ(plane.offset, 2);
+    EXPECT_NEAR(plane.pose.rotation.norm(), 1, 1e-15);
+    EXPECT_NEAR(plane.pose.rotation.z(), std::sqrt(0.5), 1e-15);
+}
+
+TEST(SceneFile, HeightfieldIsAGridSeenFromAbove) {
+    const Shape field =
+        onlyShape(R"({"heightfield": {"heights": [[0, 1, 2], [3, 4, 5]], "cellSize": 0.5, "scale": 2}})");
+    const TriangleMesh& grid = field.mesh->triangles();
+    ASSERT_EQ(grid.vertices.size(), 6U);
+    ASSERT_EQ(grid.triangles.size(), 4U);
+    for (const Vec3d& v : {Vec3d(-0.5, 0, -0.25), Vec3d(0.5, 4, -0.25), Vec3d(0, 8, 0.25), Vec3d(0.5, 10, 0.25)}) {
+        EXPECT_EQ(std::count(grid.vertices.begin(), grid.vertices.end(), v), 1) << v.transpose();
+    }
+    for (const auto& triangle : grid.triangles) {
+        const Vec3d& a = grid.vertices[static_cast<std::size_t>(triangle[0])];
+        const Vec3d& b = grid.vertices[static_cast<std::size_t>(triangle[1])];
+        const Vec3d& c = grid.vertices[static_cast<std::size_t>(triangle[2])];
+        EXPECT_NEAR((b - a).cross(c - a).y(), 0.25, 1e-15);  // twice half a cell, upwards
+    }
+}
+
+TEST(SceneFile, BodiesMayBeNamedByTheirIndex) {
+    const Scene scene = parseScene(R"({"cairn": 1,
+        "bodies": [{"shapes": [{"sphere": {"radius": 1}}]}, {"shapes": [{"sphere": {"radius": 1}}]}],
+        "joints": [{"type": "ball", "a": 1, "b": 0, "anchor": [0, 0, 0]}]})",
+                                   {}, "test");
+    EXPECT_EQ(std::get<BallDef>(scene.joints[0].def).a.index, 1U);
+}
+
+template <class S>
+void expectPopulated() {
+    const Scene scene = loadScene(dataFile("everything.json"));
+    World<S> world(scene.world);
+    world.add(
+        BodyDef{.name = "first", .shapes = {sphere(0.1)}, .position = {0, 50, 0}});  // so that ids are not indices
+    const PopulatedScene<S> ids = populate(world, scene);
+    ASSERT_EQ(ids.bodies.size(), scene.bodies.size());
+    ASSERT_EQ(ids.joints.size(), scene.joints.size());
+    for (std::size_t i = 0; i < ids.bodies.size(); ++i) {
+        EXPECT_EQ(world.def(ids.bodies[i]).name, scene.bodies[i].name);
+        EXPECT_NEAR((world.pose(ids.bodies[i]).position.template cast<double>() - scene.bodies[i].position).norm(), 0,
+                    1e-6);
+    }
+    const std::vector<JointView> views = world.jointViews();
+    ASSERT_EQ(views.size(), scene.joints.size());
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        std::visit([&](const auto& def) { EXPECT_EQ(views[i].a, ids.bodies[def.a.index]); }, scene.joints[i].def);
+        EXPECT_LT(views[i].gap, 1e-6);  // anchors agree at time 0
+    }
+}
+
+TEST(Populate, GivesEachBodyAndJointAnId) {
+    expectPopulated<float>();
+    expectPopulated<double>();
+}
+
+TEST(Populate, ErrorsNameTheBody) {
+    Scene scene;
+    scene.add({.name = "ghost", .shapes = {sphere(0.5)}, .mass = -1});
+    Worldd world;
+    try {
+        populate(world, scene);
+        FAIL() << "a negative mass was taken";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("body \"ghost\""), std::string::npos) << error.what();
+        EXPECT_NE(std::string(error.what()).find("mass"), std::string::npos) << error.what();
+    }
+}
+
+TEST(Populate, RefusesAJointToNoBody) {
+    Scene scene;
+    scene.add({.name = "ball", .shapes = {sphere(0.5)}});
+    scene.add("hook", BallDef{.a = Scene::bodyAt(0), .b = Scene::bodyAt(7)});
+    Worldd world;
+    EXPECT_THROW(populate(world, scene), InputError);
+    EXPECT_THROW(toJson(scene), InputError);
+}
+
+class SceneSave : public TempDir {};
+
+TEST_F(SceneSave, WritesAFileThatLoads) {
+    const Scene scene = everyField();
+    saveScene(scene, dir() / "saved.json");
+    expectSame(scene, loadScene(dir() / "saved.json"));
+    EXPECT_THROW(saveScene(scene, dir() / "nowhere" / "saved.json"), InputError);
+}
+
+TEST_F(SceneSave, TakesItsNameFromTheFile) {
+    EXPECT_EQ(loadScene(write("tower.json", R"({"cairn": 1, "bodies": []})")).name, "tower");
+}
+
+TEST_F(SceneSave, HeightsFromAFile) {
+    write("grid.csv", "0, 1, 2\r\n3 4 5\n\n");
+    const Scene scene = loadScene(write("s.json", R"({"cairn": 1, "bodies": [{"type": "static", "shapes": [
+        {"heightfield": {"file": "grid.csv", "cellSize": 2, "scale": 0.5}}]}]})"));
+    const TriangleMesh& grid = scene.bodies[0].shapes[0].mesh->triangles();
+    ASSERT_EQ(grid.vertices.size(), 6U);
+    EXPECT_EQ(std::count(grid.vertices.begin(), grid.vertices.end(), Vec3d(0, 2, 1)), 1);
+}
+
+TEST(SceneSaveRefuses, WhatAFileCannotHold) {
+    Scene twins;
+    twins.add({.name = "twin", .shapes = {sphere(1)}});
+    twins.add({.name = "twin", .shapes = {sphere(1)}});
+    EXPECT_THROW(toJson(twins), InputError);
+
+    Scene infinite;
+    infinite.add({.name = "far", .shapes = {sphere(1)}, .position = {0, unlimited, 0}});
+    EXPECT_THROW(toJson(infinite), InputError);
+
+    Scene wrongSide;
+    wrongSide.add({.shapes = {sphere(1)}});
+    wrongSide.add({.shapes = {sphere(1)}});
+    wrongSide.add("hinge", HingeDef{.a = Scene::bodyAt(0), .b = Scene::bodyAt(1), .lower = unlimited});
+    EXPECT_THROW(toJson(wrongSide), InputError);
+}
+
+}  // namespace
+}  // namespace cairn::test
