@@ -150,6 +150,13 @@ void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAns
                 add(fa.points[0] + lowEnd * da, atB(lowEnd), mixIds(id, lowId));
                 add(fa.points[0] + highEnd * da, atB(highEnd), mixIds(id, highId));
                 if (out.count > 0) {
+                    // Not quite square to the normal, the lines may be deepest beyond their common stretch.
+                    const double lowest = out.count == 2 ? std::min(out.points[0].separation, out.points[1].separation)
+                                                         : out.points[0].separation;
+                    const double nearest = (near.onB - near.onA).dot(n) - a.radius - b.radius;
+                    if (near.state == GjkAnswer::State::Apart && nearest < lowest - 1e-3 - 0.05 * std::abs(lowest)) {
+                        add(near.onA, near.onB, id);
+                    }
                     return;
                 }
             }

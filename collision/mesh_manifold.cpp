@@ -123,50 +123,99 @@ void sphereTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsi
     add(clusters, n, nearest, sphere.position - sphere.radius * n, mixIds(triangle, edges));
 }
 
-void convexTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsigned active, const Convex& b,
-                    double margin, std::uint64_t triangle, Scratch& scratch, NarrowCounts& counts, Clusters& clusters) {
-    const Convex a = makeTriangle(corners[0], corners[1], corners[2]);
-    OverlapOf overlap{a, b};
-    const double faceDepth = overlap(face);
-    if (faceDepth < -margin) {
-        return;
+// One triangle that may touch, in the shape frame of the mesh.
+struct Triangle {
+    int index = 0;
+    std::array<int, 3> vertices{};
+    std::array<Vec3d, 3> corners;
+    Vec3d face;
+    unsigned active = 0;  // bit k: edge k can be touched from a side
+};
+
+// Which corners carry a point of the triangle: bit k.
+unsigned cornersUnder(const Triangle& t, const Vec3d& p) {
+    const double area2 = (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]).dot(t.face);
+    unsigned mask = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d& p1 = t.corners[(k + 1) % 3];
+        const Vec3d& p2 = t.corners[(k + 2) % 3];
+        mask |= (p1 - p).cross(p2 - p).dot(t.face) > 1e-4 * area2 ? 1u << k : 0u;
     }
-    if (active != 0) {
-        // A way out over an edge is asked for only where an edge can be touched from a side.
-        const GjkAnswer apart = gjk(a, b, face, Vec3d::Zero(), margin + b.radius);
-        if (apart.state == GjkAnswer::State::Beyond) {
-            return;
-        }
-        const double scale = scaleOf(b);
-        Memory up;
-        up.normal = face;
-        const GjkAnswer near =
-            apart.state == GjkAnswer::State::Apart ? apart : wayOut(a, b, up, scale, scratch, counts);
-        const Vec3d& n = near.normal;
-        const double depth = overlap(n);
-        const double upright = n.dot(face);
-        // From behind only the face's own direction leads out.
-        if (upright > -0.01 && upright < sameNormal && faceDepth > depth + 1e-3 * scale + 0.01 * std::abs(depth) &&
-            ((active >> edgeToward(corners, face, n)) & 1u) != 0) {
-            WorkManifold edge;
-            edgeManifold(a, b, n, near, margin, edge);
-            for (int k = 0; k < edge.count; ++k) {
-                const ContactPoint& p = edge.points[static_cast<std::size_t>(k)];
-                add(clusters, n, p.onA, p.onB, mixIds(triangle, p.feature) | 0x40000000u);
-            }
-            return;
-        }
-    }
-    fillFace(a, face, scratch.face);
-    scratch.face.normal = face;
-    incidentOutline(b, -face, scratch.incident);
+    return mask;
+}
+
+// Clips the shape by the triangle along its normal into scratch.candidates; answers their least separation.
+double clipByFace(const Triangle& t, const Convex& b, double margin, Scratch& scratch) {
+    fillFace(makeTriangle(t.corners[0], t.corners[1], t.corners[2]), t.face, scratch.face);
+    scratch.face.normal = t.face;
+    incidentOutline(b, -t.face, scratch.incident);
     scratch.candidates.clear();
     clipToFace(scratch, b.radius, margin);
+    double lowest = 1e300;
+    for (const Candidate& c : scratch.candidates) {
+        lowest = std::min(lowest, c.separation);
+    }
+    return lowest;
+}
+
+void addFace(const Triangle& t, const Scratch& scratch, Clusters& clusters) {
     for (const Candidate& c : scratch.candidates) {
         // A corner of the shape keeps its id from triangle to triangle.
-        add(clusters, face, c.inner, c.outer,
-            isCorner(c.feature) ? c.feature : mixIds(triangle, c.feature) | 0x40000000u);
+        const std::uint64_t id =
+            isCorner(c.feature) ? c.feature : mixIds(static_cast<std::uint64_t>(t.index), c.feature) | 0x40000000u;
+        add(clusters, t.face, c.inner, c.outer, id);
     }
+}
+
+enum class Touch { None, Face, Edge, Inner };
+
+// How the shape touches the triangle: with its face, over an edge that can be touched, or over one that cannot (Inner:
+// corners tells which corners carry the nearest place). Face and Edge have added their points.
+Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+                     Clusters& clusters, unsigned& corners) {
+    const Convex a = makeTriangle(t.corners[0], t.corners[1], t.corners[2]);
+    OverlapOf overlap{a, b};
+    const double faceDepth = overlap(t.face);
+    if (faceDepth < -margin) {
+        return Touch::None;
+    }
+    const double scale = scaleOf(b);
+    corners = 0b111;
+    if (t.active == 0 && clipByFace(t, b, margin, scratch) < -faceDepth + 1e-3 * scale + 0.01 * std::abs(faceDepth)) {
+        addFace(t, scratch, clusters);
+        return Touch::Face;
+    }
+    const GjkAnswer apart = gjk(a, b, t.face, Vec3d::Zero(), margin + b.radius);
+    if (apart.state == GjkAnswer::State::Beyond) {
+        return Touch::None;
+    }
+    Memory up;
+    up.normal = t.face;
+    const GjkAnswer near = apart.state == GjkAnswer::State::Apart ? apart : wayOut(a, b, up, scale, scratch, counts);
+    const Vec3d& n = near.normal;
+    const double depth = overlap(n);
+    const double upright = n.dot(t.face);
+    if (upright > sameNormal || faceDepth <= depth + 1e-3 * scale + 0.01 * std::abs(depth)) {
+        clipByFace(t, b, margin, scratch);
+        addFace(t, scratch, clusters);
+        return Touch::Face;
+    }
+    if (near.state == GjkAnswer::State::Apart) {
+        corners = cornersUnder(t, near.onA);
+    }
+    // From behind only the face's own direction leads out.
+    const int edge = edgeToward(t.corners, t.face, n);
+    if (upright <= -0.01 || ((t.active >> edge) & 1u) == 0) {
+        return Touch::Inner;
+    }
+    WorkManifold lines;
+    edgeManifold(a, b, n, near, margin, lines);
+    for (int k = 0; k < lines.count; ++k) {
+        const ContactPoint& p = lines.points[static_cast<std::size_t>(k)];
+        add(clusters, n, p.onA, p.onB, mixIds(static_cast<std::uint64_t>(t.index), p.feature) | 0x40000000u);
+    }
+    corners = (1u << edge) | (1u << ((edge + 1) % 3));
+    return Touch::Edge;
 }
 
 // Of candidates at one place, which neighbours both report, the first stays.
@@ -214,24 +263,49 @@ void meshAgainst(const CollisionMesh& mesh, const Convex& b, double margin, Scra
     thread_local Clusters clusters;
     clusters.used = 0;
     const Vec3d centre = centreOf(b);
+    // A triangle touched over an inner edge or corner waits: where a neighbour holds the shape at that very place, it
+    // has nothing to add but a false direction; where none does, its face must hold.
+    thread_local std::vector<std::pair<Triangle, unsigned>> waiting;
+    thread_local std::vector<int> held;
+    waiting.clear();
+    held.clear();
     for (const int index : scratch.triangles) {
-        const auto& t = mesh.triangles().triangles[static_cast<std::size_t>(index)];
-        std::array<Vec3d, 3> corners;
-        unsigned active = 0;
+        Triangle t;
+        t.index = index;
+        t.vertices = mesh.triangles().triangles[static_cast<std::size_t>(index)];
         for (std::size_t k = 0; k < 3; ++k) {
-            corners[k] = mesh.triangles().vertices[static_cast<std::size_t>(t[k])];
-            active |= mesh.edgeIsActive(index, static_cast<int>(k)) ? 1u << k : 0u;
+            t.corners[k] = mesh.triangles().vertices[static_cast<std::size_t>(t.vertices[k])];
+            t.active |= mesh.edgeIsActive(index, static_cast<int>(k)) ? 1u << k : 0u;
         }
-        const Vec3d& face = mesh.normal(index);
-        if (face.dot(centre - corners[0]) < 0) {
+        t.face = mesh.normal(index);
+        if (t.face.dot(centre - t.corners[0]) < 0) {
             continue;  // one-sided
         }
         ++counts.shapePairs;
         if (b.kind == ShapeKind::Sphere) {
-            sphereTriangle(corners, face, active, b, margin, static_cast<std::uint64_t>(index), clusters);
-        } else {
-            convexTriangle(corners, face, active, b, margin, static_cast<std::uint64_t>(index), scratch, counts,
-                           clusters);
+            sphereTriangle(t.corners, t.face, t.active, b, margin, static_cast<std::uint64_t>(index), clusters);
+            continue;
+        }
+        unsigned corners = 0;
+        const Touch touch = convexTriangle(t, b, margin, scratch, counts, clusters, corners);
+        if (touch == Touch::Inner) {
+            waiting.emplace_back(t, corners);
+        } else if (touch != Touch::None) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                if (((corners >> k) & 1u) != 0) {
+                    held.push_back(t.vertices[k]);
+                }
+            }
+        }
+    }
+    for (const auto& [t, corners] : waiting) {
+        bool isHeld = true;
+        for (std::size_t k = 0; k < 3 && isHeld; ++k) {
+            isHeld = ((corners >> k) & 1u) == 0 || std::ranges::find(held, t.vertices[k]) != held.end();
+        }
+        if (!isHeld) {
+            clipByFace(t, b, margin, scratch);
+            addFace(t, scratch, clusters);
         }
     }
     const double scale = scaleOf(b);
