@@ -138,7 +138,7 @@ ImageDifference compareImages(const Image& a, const Image& b) {
     std::vector<std::size_t> open;
     std::size_t differing = 0;
     for (std::size_t start = 0; start < distance.size(); ++start) {
-        result.largest = std::max(result.largest, double{distance[start]});
+        result.largest = std::max(result.largest, static_cast<double>(distance[start]));
         if (!(distance[start] > visible) || seen[start] != 0) {
             continue;
         }

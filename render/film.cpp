@@ -151,6 +151,7 @@ private:
         }
         words.push_back("file:" + file_.string());
         std::vector<char*> arguments;
+        arguments.reserve(words.size() + 1);
         for (std::string& word : words) {
             arguments.push_back(word.data());
         }

@@ -75,6 +75,11 @@ struct Ball {
     float radius = 0;
 };
 
+// OpenGL takes the offset into the bound buffer where a pointer used to stand.
+const void* bufferOffset(std::size_t bytes) {
+    return reinterpret_cast<const void*>(bytes);  // NOLINT(performance-no-int-to-ptr)
+}
+
 std::array<float, 3> parts(const Vec3f& v) {
     return {v.x(), v.y(), v.z()};
 }
@@ -446,8 +451,7 @@ MeshHandle Renderer::Impl::addMesh(const TriangleMesh& mesh) {
     gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(smooth.vertices.size() * sizeof(Vertex)),
                    smooth.vertices.data(), GL_STATIC_DRAW);
     gl_.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(Vertex), nullptr);
-    gl_.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(Vertex),
-                            reinterpret_cast<const void*>(offsetof(Vertex, normal)));
+    gl_.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(Vertex), bufferOffset(offsetof(Vertex, normal)));
     gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, out.indices);
     gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(smooth.indices.size() * sizeof(std::uint32_t)),
                    smooth.indices.data(), GL_STATIC_DRAW);
@@ -565,14 +569,10 @@ void Renderer::Impl::collect(const DrawScene& scene) {
         }
         ++batches.back().count;
         const Eigen::Matrix3f axes = instance.pose.rotation.toRotationMatrix() * instance.scale.asDiagonal();
-        const Vec3f position = instance.pose.position - origin_;
         InstanceData data;
-        for (int row = 0; row < 3; ++row) {
-            for (int column = 0; column < 3; ++column) {
-                data.rows[static_cast<std::size_t>(4 * row + column)] = axes(row, column);
-            }
-            data.rows[static_cast<std::size_t>(4 * row + 3)] = position[row];
-        }
+        Eigen::Map<Eigen::Matrix<float, 3, 4, Eigen::RowMajor>> rows(data.rows.data());
+        rows.leftCols<3>() = axes;
+        rows.col(3) = instance.pose.position - origin_;
         data.colour = linear(instance.colour);
         instances_.push_back(data);
         allBalls_.push_back(balls[i]);
@@ -740,9 +740,11 @@ void Renderer::Impl::fillFrame(const DrawScene& scene) {
     frame_.backgroundBottom = linear(scene.background.bottom);
     frame_.backgroundTop = linear(scene.background.top);
     frame_.sizes = {width, height, 0, 0};
+    const int halfWidth = (scene.width + 1) / 2;
+    const int halfHeight = (scene.height + 1) / 2;
     // A twentieth of the picture at the target: wide enough for contacts to read, narrow enough to stay local.
-    frame_.occlusion = {0.1f * distance * view.tanY, scene.ambientOcclusion ? 1.f : 0.f,
-                        static_cast<float>((scene.width + 1) / 2), static_cast<float>((scene.height + 1) / 2)};
+    frame_.occlusion = {0.1f * distance * view.tanY, scene.ambientOcclusion ? 1.f : 0.f, static_cast<float>(halfWidth),
+                        static_cast<float>(halfHeight)};
     frame_.taps = {12, 10, 16, 0};
     fitShadow(scene, view, farthest);
 
@@ -760,8 +762,7 @@ void Renderer::Impl::drawBatches(GLuint program, const Mat4f& clip, const std::v
         gl_.BindBuffer(GL_ARRAY_BUFFER, instanceBuffer_);
         for (GLuint row = 0; row < 4; ++row) {
             const std::size_t offset = batch.first * sizeof(InstanceData) + 4 * sizeof(float) * row;
-            gl_.VertexAttribPointer(2 + row, 4, GL_FLOAT, GL_FALSE, sizeof(InstanceData),
-                                    reinterpret_cast<const void*>(offset));
+            gl_.VertexAttribPointer(2 + row, 4, GL_FLOAT, GL_FALSE, sizeof(InstanceData), bufferOffset(offset));
         }
         gl_.DrawElementsInstanced(GL_TRIANGLES, mesh.indexCount, GL_UNSIGNED_INT, nullptr,
                                   static_cast<GLsizei>(batch.count));
@@ -796,7 +797,7 @@ void Renderer::Impl::drawOverlays(const DrawScene& scene) {
             gl_.EnableVertexAttribArray(location);
             gl_.VertexAttribDivisor(location, 1);
             gl_.VertexAttribPointer(location, attribute.size, GL_FLOAT, GL_FALSE, sizeof(Element),
-                                    reinterpret_cast<const void*>(attribute.offset));
+                                    bufferOffset(attribute.offset));
             ++location;
         }
         const GLint opacity = gl_.GetUniformLocation(program, "opacity");
