@@ -46,6 +46,7 @@ enum StepFlag : std::uint32_t {
     FlagNonFinite = 1,    // a body went non-finite and was put back to its last finite state, at rest
     FlagUnconverged = 2,  // an island's answer is above tolerance; counts.unconverged says how many
     FlagRepaired = 4,     // the narrow phase had to repair an answer of FCL; counts.narrow says how often
+    FlagRefused = 8,      // dt was not in (0, 1] s: nothing moved
 };
 
 struct StepReport {
@@ -58,7 +59,7 @@ struct StepReport {
     StepTimes times;
     std::vector<BodyId> nonFinite;  // the bodies behind FlagNonFinite
 
-    bool ok() const { return (flags & (FlagNonFinite | FlagUnconverged)) == 0; }
+    bool ok() const { return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused)) == 0; }
     std::string summary() const;  // one line in words
 };
 

@@ -48,8 +48,7 @@ public:
     bool contains(BodyId id) const;
     bool contains(JointId id) const;
 
-    // Advances by dt (s, finite, > 0; at most 1, else the step is refused: nothing moves and the report carries
-    // FlagUnconverged).
+    // Advances by dt, s, in (0, 1]; anything else is refused: nothing moves and the report carries FlagRefused.
     const StepReport& step(S dt);
     const StepReport& report() const;
 
@@ -81,6 +80,7 @@ public:
     const WorldDef& worldDef() const;
 
 private:
+    void refilter(BodyId a, BodyId b);
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

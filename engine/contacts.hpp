@@ -1,0 +1,59 @@
+#pragma once
+// The contacts between bodies, kept from step to step: a still pair keeps its manifold, an old point keeps its lambda.
+#include <cairn/engine/body.hpp>
+#include <cairn/engine/constraints/contact.hpp>
+
+namespace cairn {
+
+template <class S>
+struct ContactPointState {
+    ContactGeometry<S> geometry;         // from the centres of mass
+    S separation = 0;                    // m, at the start of the step
+    S normalForce = 0;                   // N
+    Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
+};
+
+// One manifold with the surface it stands for.
+template <class S>
+struct ContactPatch {
+    Manifold manifold;
+    S friction = 0;
+    S staticFriction = 0;
+    S restitution = 0;
+    std::array<ContactPointState<S>, 4> points;
+};
+
+template <class S>
+struct PairContacts {
+    ProxyPair pair;  // a < b, indices of bodies
+    PairCache cache;
+    Posed aFromB;  // at which the manifolds were made
+    bool made = false;
+    std::vector<ContactPatch<S>> patches;
+};
+
+// How far apart contacts are looked for: `margin` (m), and further where two bodies can close a gap within `dt` (s).
+struct ContactReach {
+    double margin = 0;
+    double dt = 0;
+};
+
+template <class S>
+class ContactTable {
+public:
+    // Follows the sorted list of near pairs and runs the narrow phase where a pair moved.
+    void update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const ContactReach& reach,
+                JobSystem& jobs);
+    void forget(ProxyId body);  // the body or its shapes are gone
+
+    std::vector<PairContacts<S>>& pairs() { return pairs_; }
+    const std::vector<PairContacts<S>>& pairs() const { return pairs_; }
+    const NarrowCounts& counts() const { return counts_; }  // of the last update
+
+private:
+    std::vector<PairContacts<S>> pairs_;  // sorted
+    std::vector<PairContacts<S>> next_;
+    NarrowCounts counts_;
+};
+
+}  // namespace cairn

@@ -1,0 +1,204 @@
+#include <cairn/engine/constraints/axis_lock.hpp>
+#include <cairn/engine/island.hpp>
+#include <cairn/engine/motion.hpp>
+
+namespace cairn {
+namespace {
+
+template <class S>
+const Pose<S>& poseOf(const Island<S>& island, int body) {
+    return island.bodies[static_cast<std::size_t>(body)].pose;
+}
+
+template <class S>
+void linearizeLock(const Island<S>& island, const typename Island<S>::LockLink& lock, std::vector<Row<S>>& rows,
+                   RowBlock<S>& block) {
+    block.first = static_cast<int>(rows.size());
+    RowWriter<S> writer(rows, block);
+    linearizeAxisLock(lock.body->def.lockLinear, lock.body->def.lockAngular, lock.body->home, poseOf(island, lock.b),
+                      writer);
+}
+
+template <class S>
+bool hasFriction(const ContactPatch<S>& patch) {
+    return patch.friction > S(0) || patch.staticFriction > S(0);
+}
+
+}  // namespace
+
+SolveReport& SolveReport::operator+=(const SolveReport& o) {
+    directSolves += o.directSolves;
+    sweptSolves += o.sweptSolves;
+    newtonRounds += o.newtonRounds;
+    factorisations += o.factorisations;
+    rows = std::max(rows, o.rows);
+    unconverged = unconverged || o.unconverged;
+    residual = std::max(residual, o.residual);
+    energyGained += o.energyGained;
+    momentumDefect += o.momentumDefect;
+    return *this;
+}
+
+template <class S>
+void SolverBody<S>::refreshInertia() {
+    const Mat3<S> R = pose.rotation.toRotationMatrix();
+    inertia = R * localInertia * R.transpose();
+    inverseInertia = R * localInverseInertia * R.transpose();
+}
+
+template <class S>
+void Island<S>::predict(S h) {
+    externalImpulse.setZero();
+    for (SolverBody<S>& body : bodies) {
+        body.vBefore = body.v;
+        body.gyroTurn.setZero();
+        body.offset.setZero();
+        if (body.fixed) {
+            continue;
+        }
+        if (body.gyroscopic) {
+            const Quat<S> back = body.pose.rotation.conjugate();
+            const Vec3<S> w1 = back * Vec3<S>(body.v.template tail<3>());
+            const Vec3<S> turn = body.pose.rotation * Vec3<S>(gyroscopicMidpoint(body.localInertia, w1, h) - w1);
+            body.gyroTurn = turn;
+            body.v.template tail<3>() += turn;
+        }
+        body.v += h * body.applyInverseMass(body.force);
+        if (body.linearDecay > S(0)) {
+            body.v.template head<3>() *= std::exp(-body.linearDecay * h);
+        }
+        if (body.angularDecay > S(0)) {
+            body.v.template tail<3>() *= std::exp(-body.angularDecay * h);
+        }
+        externalImpulse += body.mass * (body.v - body.vBefore).template head<3>();
+    }
+}
+
+template <class S>
+void Island<S>::linearize() {
+    rows.clear();
+    blocks.clear();
+    for (SolverBody<S>& body : bodies) {
+        if (!body.fixed) {
+            body.refreshInertia();
+        }
+    }
+    for (const JointLink& link : joints) {
+        RowBlock<S>& block = blocks.emplace_back();
+        block.a = link.a;
+        block.b = link.b;
+        link.joint->linearize(poseOf(*this, link.a), poseOf(*this, link.b), rows, block);
+    }
+    for (const LockLink& lock : locks) {
+        RowBlock<S>& block = blocks.emplace_back();
+        block.a = lock.fixedBody;
+        block.b = lock.b;
+        linearizeLock(*this, lock, rows, block);
+        for (std::size_t k = 0; k < lock.lambda->size(); ++k) {
+            rows[static_cast<std::size_t>(block.first) + k].lambda = (*lock.lambda)[k];
+        }
+    }
+    jointBlocks = static_cast<int>(blocks.size());
+    for (const PatchLink& link : patches) {
+        const ContactPatch<S>& patch = *link.patch;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
+            const ContactPointState<S>& point = patch.points[k];
+            RowBlock<S>& block = blocks.emplace_back();
+            block.a = link.a;
+            block.b = link.b;
+            block.kind = BlockKind::Contact;
+            block.first = static_cast<int>(rows.size());
+            block.friction = patch.friction;
+            block.staticFriction = patch.staticFriction;
+            RowWriter<S> writer(rows, block);
+            linearizeContact(point.geometry, poseOf(*this, link.a), poseOf(*this, link.b), hasFriction(patch), writer);
+            Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
+            row[0].lambda = point.normalForce;
+            for (int t = 1; t < block.count; ++t) {
+                row[t].lambda = point.friction.dot(row[t].b.template head<3>());
+            }
+        }
+    }
+}
+
+template <class S>
+void Island<S>::jointErrors(std::vector<S>& C) const {
+    static thread_local std::vector<Row<S>> scratch;
+    scratch.clear();
+    RowBlock<S> block;
+    for (const JointLink& link : joints) {
+        link.joint->linearize(poseOf(*this, link.a), poseOf(*this, link.b), scratch, block);
+    }
+    for (const LockLink& lock : locks) {
+        linearizeLock(*this, lock, scratch, block);
+    }
+    C.resize(scratch.size());
+    for (std::size_t i = 0; i < scratch.size(); ++i) {
+        C[i] = scratch[i].C;
+    }
+}
+
+template <class S>
+void Island<S>::contactErrors(std::vector<S>& C) const {
+    C.clear();
+    for (const PatchLink& link : patches) {
+        const Pose<S>& a = poseOf(*this, link.a);
+        const Pose<S>& b = poseOf(*this, link.b);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
+            const ContactGeometry<S>& g = link.patch->points[k].geometry;
+            const Vec3<S> gap = (b.position - a.position) + b.rotation * g.onB - a.rotation * g.onA;
+            C.push_back((a.rotation * g.normal).dot(gap));
+        }
+    }
+}
+
+template <class S>
+void Island<S>::integrate(S h) {
+    for (SolverBody<S>& body : bodies) {
+        body.pose.position += h * body.v.template head<3>() + body.offset.template head<3>();
+        // The midpoint rule turns by (w1 + w2) / 2; then the world twist turns with the body that carries it.
+        const Vec3<S> turn = h * (body.v.template tail<3>() - S(0.5) * body.gyroTurn) + body.offset.template tail<3>();
+        body.pose.rotation = rotated(body.pose.rotation, turn);
+        if (body.gyroscopic) {
+            body.v.template tail<3>() = expQuat(turn) * Vec3<S>(body.v.template tail<3>());
+        }
+    }
+}
+
+template <class S>
+void Island<S>::storeLambda() {
+    std::size_t next = 0;
+    for (const JointLink& link : joints) {
+        const RowBlock<S>& block = blocks[next++];
+        link.joint->lambda.resize(static_cast<std::size_t>(block.count));
+        for (std::size_t k = 0; k < link.joint->lambda.size(); ++k) {
+            link.joint->lambda[k] = rows[static_cast<std::size_t>(block.first) + k].lambda;
+        }
+    }
+    for (const LockLink& lock : locks) {
+        const RowBlock<S>& block = blocks[next++];
+        lock.lambda->resize(static_cast<std::size_t>(block.count));
+        for (std::size_t k = 0; k < lock.lambda->size(); ++k) {
+            (*lock.lambda)[k] = rows[static_cast<std::size_t>(block.first) + k].lambda;
+        }
+    }
+    for (const PatchLink& link : patches) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
+            const RowBlock<S>& block = blocks[next++];
+            const Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
+            ContactPointState<S>& point = link.patch->points[k];
+            point.normalForce = row[0].lambda;
+            point.friction.setZero();
+            for (int t = 1; t < block.count; ++t) {
+                point.friction += row[t].lambda * row[t].b.template head<3>();
+            }
+        }
+    }
+}
+
+template struct SolverBody<float>;
+template struct SolverBody<double>;
+template struct Island<float>;
+template struct Island<double>;
+
+}  // namespace cairn

@@ -1,0 +1,132 @@
+#pragma once
+// An island: bodies that can push one another within a step, and all that a solver needs of them. A solver works on the
+// island's copies of the bodies; the world writes them back. It offers the same rows to every solver.
+#include <cairn/engine/contacts.hpp>
+#include <cairn/engine/joint.hpp>
+#include <cairn/engine/report.hpp>
+#include <cairn/engine/rows.hpp>
+
+#include <any>
+
+namespace cairn {
+
+template <class S>
+struct SolverBody {
+    std::uint32_t index = 0;  // in the world's table
+    bool fixed = false;       // static or kinematic: moves as its velocity says, takes no push
+    bool gyroscopic = false;
+    Pose<S> pose;                 // of the centre of mass
+    Vec6<S> v = Vec6<S>::Zero();  // twist, world axes: m/s, rad/s
+    S mass = 0;
+    S inverseMass = 0;                       // 0: fixed
+    Mat3<S> localInertia = Mat3<S>::Zero();  // body axes
+    Mat3<S> localInverseInertia = Mat3<S>::Zero();
+    Mat3<S> inertia = Mat3<S>::Zero();  // world axes at the present pose
+    Mat3<S> inverseInertia = Mat3<S>::Zero();
+    Vec6<S> force = Vec6<S>::Zero();  // gravity and what the game asked for, N and N m
+    S linearDecay = 0;                // 1/s
+    S angularDecay = 0;
+    Vec6<S> vBefore = Vec6<S>::Zero();   // twist at the start of the sub-step
+    Vec3<S> gyroTurn = Vec3<S>::Zero();  // change of w by the gyroscopic rule in this sub-step, rad/s
+    Vec6<S> offset = Vec6<S>::Zero();    // m and rad, what an impact within the sub-step takes from its motion
+
+    void refreshInertia();
+    // M^-1 times a generalised impulse.
+    Vec6<S> applyInverseMass(const Vec6<S>& impulse) const {
+        Vec6<S> dv;
+        dv.template head<3>() = inverseMass * impulse.template head<3>();
+        dv.template tail<3>().noalias() = inverseInertia * impulse.template tail<3>();
+        return dv;
+    }
+    Vec6<S> applyMass(const Vec6<S>& twist) const {
+        Vec6<S> p;
+        p.template head<3>() = mass * twist.template head<3>();
+        p.template tail<3>().noalias() = inertia * twist.template tail<3>();
+        return p;
+    }
+};
+
+// Numbers of the world that solvers use.
+struct SolverSettings {
+    SolverDef def;
+    double restitutionSpeed = 0;
+    double maxPushOutSpeed = 0;
+    double dt = 0;  // s, of the whole step
+};
+
+// What a solver says of one sub-step; summed over sub-steps and islands.
+struct SolveReport {
+    int directSolves = 0;
+    int sweptSolves = 0;
+    int newtonRounds = 0;
+    int factorisations = 0;
+    int rows = 0;
+    bool unconverged = false;
+    double residual = 0;        // m/s, worst row of the natural map, where computed
+    double energyGained = 0;    // J
+    double momentumDefect = 0;  // N s
+
+    SolveReport& operator+=(const SolveReport& o);
+};
+
+template <class S>
+struct Island {
+    std::vector<SolverBody<S>> bodies;
+    struct JointLink {
+        Joint<S>* joint;
+        int a, b;
+    };
+    struct PatchLink {
+        ContactPatch<S>* patch;
+        int a, b;
+    };
+    struct LockLink {
+        const Body<S>* body;
+        int fixedBody, b;  // fixedBody: an index of a static stand-in for the world
+        std::vector<S>* lambda;
+    };
+    std::vector<JointLink> joints;
+    std::vector<PatchLink> patches;
+    std::vector<LockLink> locks;
+
+    // Rows of this sub-step: joints first, then locks, then contact points.
+    std::vector<Row<S>> rows;
+    std::vector<RowBlock<S>> blocks;
+    int jointBlocks = 0;  // blocks before this one belong to joints and locks, whose C bends with the motion
+
+    Vec3<S> externalImpulse =
+        Vec3<S>::Zero();  // N s, given to the dynamic bodies by forces, damping and impacts in this sub-step
+    std::any
+        memory;  // what the solver of this island keeps for speed alone (orders, patterns); never part of the answer
+
+    // v <- v + h (force / M), damping and the gyroscopic rule (by need).
+    void predict(S h);
+    // Collects the rows at the present poses with the lambda of the last solve.
+    void linearize();
+    // C of the rows of joints and locks at the present poses, in the order of `rows`.
+    void jointErrors(std::vector<S>& C) const;
+    // C of the contact points at the present poses, in the order of the contact blocks.
+    void contactErrors(std::vector<S>& C) const;
+    // Moves the poses by h times the twist given by `velocity(body index)`.
+    void integrate(S h);
+    // Hands lambda back to joints and contacts.
+    void storeLambda();
+
+    S rowVelocity(const Row<S>& row, const RowBlock<S>& block) const {
+        return row.a.dot(bodies[static_cast<std::size_t>(block.a)].v) +
+               row.b.dot(bodies[static_cast<std::size_t>(block.b)].v);
+    }
+    void push(const Row<S>& row, const RowBlock<S>& block, S impulse) {
+        SolverBody<S>& a = bodies[static_cast<std::size_t>(block.a)];
+        SolverBody<S>& b = bodies[static_cast<std::size_t>(block.b)];
+        a.v += a.applyInverseMass(row.a * impulse);
+        b.v += b.applyInverseMass(row.b * impulse);
+    }
+    // J M^-1 J^T of one row, 1/kg or 1/(kg m2).
+    S mobility(const Row<S>& row, const RowBlock<S>& block) const {
+        return row.a.dot(bodies[static_cast<std::size_t>(block.a)].applyInverseMass(row.a)) +
+               row.b.dot(bodies[static_cast<std::size_t>(block.b)].applyInverseMass(row.b));
+    }
+};
+
+}  // namespace cairn

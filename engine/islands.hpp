@@ -1,0 +1,35 @@
+#pragma once
+// Who can push whom: bodies, joints and contacts split into islands that can be solved apart from each other; and their
+// sleep.
+#include <cairn/engine/island.hpp>
+
+#include <map>
+
+namespace cairn {
+
+template <class S>
+class Islands {
+public:
+    // Builds the awake islands, in order of their lowest body. An island in which anything is awake, or that something
+    // moving touches, is awake as a whole; the rest stays asleep.
+    void rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTable<S>& contacts, const Vec3<S>& gravity);
+    std::vector<Island<S>>& awake() { return awake_; }
+
+    // Puts to sleep the islands whose bodies have all stayed within `sleep.distance` for `sleep.time`.
+    void updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt);
+
+    void forget(std::uint32_t body) { lockLambda_.erase(body); }  // it left the world
+
+private:
+    std::uint32_t root(std::uint32_t body);
+    void join(std::uint32_t a, std::uint32_t b);
+    void addBodies(Island<S>& island, const std::vector<std::uint32_t>& members, BodyTable<S>& bodies,
+                   const Vec3<S>& gravity);
+
+    std::vector<std::uint32_t> parent_;
+    std::vector<Island<S>> awake_;
+    std::map<std::uint32_t, std::any> memory_;            // of the islands of the last step, by lowest body
+    std::map<std::uint32_t, std::vector<S>> lockLambda_;  // of axis locks, by body
+};
+
+}  // namespace cairn

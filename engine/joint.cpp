@@ -1,0 +1,182 @@
+#include <cairn/engine/joint.hpp>
+
+namespace cairn {
+namespace {
+
+std::string text(double value) {
+    return std::to_string(value);
+}
+
+void requireFinite(const std::string& field, const Vec3d& v) {
+    if (!v.allFinite()) {
+        throw InputError(field, "(" + text(v.x()) + ", " + text(v.y()) + ", " + text(v.z()) + ")",
+                         "give finite numbers");
+    }
+}
+
+// A frame at `anchor` whose x is `axis`.
+Posed jointFrame(const std::string& type, const Vec3d& anchor, const Vec3d& axis) {
+    requireFinite(type + ".anchor", anchor);
+    requireFinite(type + ".axis", axis);
+    const double length = axis.norm();
+    if (!(length > 1e-9)) {
+        throw InputError(type + ".axis", "length " + text(length), "give a direction of length over 1e-9");
+    }
+    Mat3d frame;
+    Vec3d y;
+    Vec3d z;
+    const Vec3d x = axis / length;
+    completeBasis<double>(x, y, z);
+    frame << x, y, z;
+    return {anchor, Quatd(frame).normalized()};
+}
+
+void requireLimits(const std::string& type, const char* lowerName, double lower, double upper, bool angular) {
+    if (std::isnan(lower) || std::isnan(upper) || lower > upper) {
+        throw InputError(type + "." + lowerName, text(lower), "it must not exceed the upper limit " + text(upper));
+    }
+    const double pi = EIGEN_PI;
+    if (angular && ((std::isfinite(lower) && lower <= -pi) || (std::isfinite(upper) && upper >= pi))) {
+        throw InputError(type + "." + lowerName, text(lower) + " .. " + text(upper),
+                         "angles are known within (-pi, pi) only: narrow the limits or leave them out");
+    }
+}
+
+void requireNotNegative(const std::string& field, double value) {
+    if (!(value >= 0) || !std::isfinite(value)) {
+        throw InputError(field, text(value), "give a finite number >= 0");
+    }
+}
+
+struct WorldFrames {
+    Posed a;
+    Posed b;
+};
+
+WorldFrames worldFrames(const BallDef& d) {
+    const Posed f = jointFrame("ball", d.anchor, Vec3d::UnitX());
+    return {f, f};
+}
+
+WorldFrames worldFrames(const WeldDef& d) {
+    const Posed f = jointFrame("weld", d.anchor, Vec3d::UnitX());
+    return {f, f};
+}
+
+WorldFrames worldFrames(const HingeDef& d) {
+    const Posed f = jointFrame("hinge", d.anchor, d.axis);
+    requireLimits("hinge", "lower", d.lower, d.upper, true);
+    requireNotNegative("hinge.motorTorque", d.motorTorque);
+    return {f, f};
+}
+
+WorldFrames worldFrames(const SliderDef& d) {
+    const Posed f = jointFrame("slider", d.anchor, d.axis);
+    requireLimits("slider", "lower", d.lower, d.upper, false);
+    requireNotNegative("slider.motorForce", d.motorForce);
+    return {f, f};
+}
+
+WorldFrames worldFrames(const ConeTwistDef& d) {
+    const Posed f = jointFrame("cone_twist", d.anchor, d.axis);
+    if (!(d.swing > 0) || !(d.swing < EIGEN_PI)) {
+        throw InputError("cone_twist.swing", text(d.swing), "give an angle in (0, pi)");
+    }
+    requireLimits("cone_twist", "twistLower", d.twistLower, d.twistUpper, true);
+    return {f, f};
+}
+
+WorldFrames worldFrames(const DistanceDef& d) {
+    requireFinite("distance.anchorA", d.anchorA);
+    requireFinite("distance.anchorB", d.anchorB);
+    if (std::isnan(d.lower) || std::isnan(d.upper) || (d.lower >= 0 && d.upper >= 0 && d.lower > d.upper)) {
+        throw InputError("distance.lower", text(d.lower), "it must not exceed the upper limit " + text(d.upper));
+    }
+    return {{d.anchorA, Quatd::Identity()}, {d.anchorB, Quatd::Identity()}};
+}
+
+// Frequency and damping ratio become compliance and damping through each row's own effective mass.
+template <class S>
+void applySoftness(Joint<S>& joint, const Softness& s, const Body<S>& a, const Body<S>& b, const std::string& type) {
+    requireNotNegative(type + ".softness.compliance", s.compliance);
+    requireNotNegative(type + ".softness.damping", s.damping);
+    requireNotNegative(type + ".softness.frequency", s.frequency);
+    requireNotNegative(type + ".softness.dampingRatio", s.dampingRatio);
+    if (s.frequency == 0 && s.compliance == 0 && s.damping == 0) {
+        return;
+    }
+    if (s.frequency == 0 && s.compliance == 0) {
+        throw InputError(type + ".softness.damping", text(s.damping),
+                         "damping needs a compliance > 0 beside it (a rigid row has nothing to damp)");
+    }
+    std::vector<Row<S>> rows;
+    RowBlock<S> block;
+    joint.linearize(a.pose, b.pose, rows, block);
+    const bool anyEquality = std::any_of(rows.begin(), rows.end(), [](const Row<S>& r) {
+        return !r.isVelocity && r.lo == -infinity<S>() && r.hi == infinity<S>();
+    });
+    joint.compliance.assign(rows.size(), S(0));
+    joint.damping.assign(rows.size(), S(0));
+    const auto inverseMass = [](const Body<S>& body, const Vec6<S>& j) {
+        if (!body.isDynamic()) {
+            return S(0);
+        }
+        const Vec3<S> angular = body.pose.rotation.conjugate() * Vec3<S>(j.template tail<3>());
+        return j.template head<3>().squaredNorm() / body.mass + angular.dot(body.inertia.inverse() * angular);
+    };
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        const Row<S>& row = rows[k];
+        const bool equality = row.lo == -infinity<S>() && row.hi == infinity<S>();
+        if (row.isVelocity || (anyEquality && !equality)) {
+            continue;
+        }
+        if (s.frequency > 0) {
+            const double mass = 1 / static_cast<double>(inverseMass(a, row.a) + inverseMass(b, row.b));
+            const double omega = 2 * EIGEN_PI * s.frequency;
+            joint.compliance[k] = static_cast<S>(1 / (mass * omega * omega));
+            joint.damping[k] = static_cast<S>(2 * s.dampingRatio * mass * omega);
+        } else {
+            joint.compliance[k] = static_cast<S>(s.compliance);
+            joint.damping[k] = static_cast<S>(s.damping);
+        }
+    }
+}
+
+}  // namespace
+
+template <class S>
+Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
+    return std::visit(
+        [&](const auto& d) {
+            const std::string type = d.typeName;
+            if (!bodies.contains(d.a) || !bodies.contains(d.b)) {
+                throw InputError(type + (bodies.contains(d.a) ? ".b" : ".a"), "a null or stale body id",
+                                 "add the body before its joints");
+            }
+            if (d.a == d.b) {
+                throw InputError(type + ".b", "the same body as a", "join two different bodies");
+            }
+            const Body<S>& a = bodies[d.a.index];
+            const Body<S>& b = bodies[d.b.index];
+            if (!a.isDynamic() && !b.isDynamic()) {
+                throw InputError(type, "a joint between \"" + a.def.name + "\" and \"" + b.def.name + "\"",
+                                 "make at least one of them dynamic");
+            }
+            Joint<S> joint;
+            joint.def = def;
+            joint.a = d.a;
+            joint.b = d.b;
+            const WorldFrames world = worldFrames(d);
+            joint.frames.a = relativePose(a.pose.template cast<double>(), world.a).template cast<S>();
+            joint.frames.b = relativePose(b.pose.template cast<double>(), world.b).template cast<S>();
+            joint.frames.length = static_cast<S>((world.b.position - world.a.position).norm());
+            applySoftness(joint, d.softness, a, b, type);
+            return joint;
+        },
+        def);
+}
+
+template Joint<float> makeJoint(const JointDef&, const BodyTable<float>&);
+template Joint<double> makeJoint(const JointDef&, const BodyTable<double>&);
+
+}  // namespace cairn

@@ -1,0 +1,74 @@
+#include <cairn/engine/ledger.hpp>
+
+namespace cairn {
+namespace {
+
+template <class S>
+S kineticEnergy(const SolverBody<S>& body) {
+    if (body.fixed) {
+        return S(0);
+    }
+    const Vec3<S> w = body.pose.rotation.conjugate() * Vec3<S>(body.v.template tail<3>());
+    return S(0.5) * (body.mass * body.v.template head<3>().squaredNorm() + w.dot(body.localInertia * w));
+}
+
+template <class S>
+S totalKineticEnergy(const Island<S>& island) {
+    S sum = 0;
+    for (const SolverBody<S>& body : island.bodies) {
+        sum += kineticEnergy(body);
+    }
+    return sum;
+}
+
+template <class S>
+Vec3<S> momentum(const Island<S>& island) {
+    Vec3<S> sum = Vec3<S>::Zero();
+    for (const SolverBody<S>& body : island.bodies) {
+        sum += body.mass * body.v.template head<3>();
+    }
+    return sum;
+}
+
+}  // namespace
+
+template <class S>
+Ledger<S>::Ledger(const Island<S>& island) : kineticEnergy_(totalKineticEnergy(island)), momentum_(momentum(island)) {}
+
+template <class S>
+void Ledger<S>::close(const Island<S>& island, S h, SolveReport& report) const {
+    S explained = 0;
+    for (const SolverBody<S>& body : island.bodies) {
+        explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
+    }
+    Vec3<S> outside = island.externalImpulse;
+    for (const RowBlock<S>& block : island.blocks) {
+        const SolverBody<S>& a = island.bodies[static_cast<std::size_t>(block.a)];
+        const SolverBody<S>& b = island.bodies[static_cast<std::size_t>(block.b)];
+        const bool driven = (a.fixed && !a.v.isZero()) || (b.fixed && !b.v.isZero());
+        for (int r = 0; r < block.count; ++r) {
+            const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
+            const S p = h * row.lambda;
+            if (a.fixed) {
+                outside += p * row.b.template head<3>();
+            }
+            if (b.fixed) {
+                outside += p * row.a.template head<3>();
+            }
+            const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
+            if (row.isSoft() || motor || driven) {
+                explained +=
+                    S(0.5) * p *
+                    (row.a.dot(a.vBefore + a.v) * S(a.fixed ? 0 : 1) + row.b.dot(b.vBefore + b.v) * S(b.fixed ? 0 : 1));
+            }
+        }
+    }
+    const S gained = totalKineticEnergy(island) - kineticEnergy_ - explained;
+    report.energyGained += std::max(0.0, static_cast<double>(gained));
+    report.momentumDefect += static_cast<double>((momentum(island) - momentum_ - outside).norm());
+}
+
+template class Ledger<float>;
+template class Ledger<double>;
+
+}  // namespace cairn

@@ -1,0 +1,22 @@
+#pragma once
+// What a sub-step did to the energy and momentum of an island, against what its forces can account for.
+#include <cairn/engine/island.hpp>
+
+namespace cairn {
+
+// Opened before a solver advances the island by h, closed after.
+template <class S>
+class Ledger {
+public:
+    explicit Ledger(const Island<S>& island);
+    // Adds to the report the energy (J) that the sub-step created and the momentum (N s) that no impulse explains.
+    // Kinetic energy is compared with the work of forces by the trapezium of the twists, which contacts and joints can
+    // only lower; springs, motors and kinematic bodies may add what their rows did.
+    void close(const Island<S>& island, S h, SolveReport& report) const;
+
+private:
+    S kineticEnergy_;
+    Vec3<S> momentum_;
+};
+
+}  // namespace cairn

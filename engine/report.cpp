@@ -1,0 +1,47 @@
+#include <cairn/engine/report.hpp>
+
+#include <cstdio>
+
+namespace cairn {
+
+std::vector<std::string> flagNames(std::uint32_t flags) {
+    std::vector<std::string> names;
+    if (flags & FlagNonFinite) {
+        names.push_back("non_finite");
+    }
+    if (flags & FlagUnconverged) {
+        names.push_back("unconverged");
+    }
+    if (flags & FlagRepaired) {
+        names.push_back("repaired");
+    }
+    if (flags & FlagRefused) {
+        names.push_back("refused");
+    }
+    return names;
+}
+
+std::string StepReport::summary() const {
+    if (flags & FlagRefused) {
+        return "step refused: dt must be a finite number of seconds in (0, 1]";
+    }
+    char text[400];
+    std::snprintf(
+        text, sizeof text,
+        "%d bodies (%d awake), %d contacts, %d joints, %d islands; penetration %.4g mm, joint gap %.4g mm; %.3f ms",
+        counts.bodies, counts.awake, counts.contacts, counts.joints, counts.islands, 1e3 * error.maxPenetration,
+        1e3 * error.maxJointGap, 1e3 * times.total);
+    std::string line = text;
+    if (flags & FlagNonFinite) {
+        line += "; " + std::to_string(nonFinite.size()) + " bodies went non-finite and were put back at rest";
+    }
+    if (flags & FlagUnconverged) {
+        line += "; " + std::to_string(counts.unconverged) + " islands above tolerance";
+    }
+    if (flags & FlagRepaired) {
+        line += "; " + std::to_string(counts.narrow.repairedFailures) + " narrow-phase answers repaired";
+    }
+    return line;
+}
+
+}  // namespace cairn

@@ -1,0 +1,24 @@
+#pragma once
+// Auto, the default: for each island `direct` while the predicted cost of its factor is within a stated bound, else
+// `gauss_seidel`.
+#include <cairn/engine/solvers/direct.hpp>
+#include <cairn/engine/solvers/gauss_seidel.hpp>
+
+namespace cairn {
+
+template <class S>
+class Auto final : public Solver<S> {
+public:
+    explicit Auto(const SolverSettings& settings);
+    SolveReport advance(Island<S>& island, S h) override;
+    int substeps(const Island<S>& island, S dt) const override;
+
+private:
+    bool takesDirect(const Island<S>& island) const;
+
+    SolverSettings settings_;
+    std::unique_ptr<Direct<S>> direct_;
+    std::unique_ptr<GaussSeidel<S>> gaussSeidel_;
+};
+
+}  // namespace cairn

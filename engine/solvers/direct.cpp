@@ -1,0 +1,222 @@
+#include <cairn/engine/impacts.hpp>
+#include <cairn/engine/solvers/direct.hpp>
+
+namespace cairn {
+namespace {
+
+// Errors up to this much (m or rad) are corrected by the velocity of the next step: too slow to be seen as a bounce.
+// Larger ones (bodies born overlapping, joints torn by an impact) are projected away without leaving speed behind.
+constexpr double smallError = 1e-4;
+// Joints are closed to this much (m or rad) at the moved poses.
+constexpr double jointTolerance = 1e-6;
+
+template <class S>
+ContactNewton<S>& newtonOf(Island<S>& island) {
+    using Memory = std::shared_ptr<ContactNewton<S>>;
+    if (std::any_cast<Memory>(&island.memory) == nullptr) {
+        island.memory = std::make_shared<ContactNewton<S>>();
+    }
+    return **std::any_cast<Memory>(&island.memory);
+}
+
+template <class S>
+NewtonOptions optionsFor(const SolverSettings& settings) {
+    NewtonOptions options;
+    const bool isDouble = std::is_same_v<S, double>;
+    options.regularisation = isDouble ? 1e-7 : 1e-4;
+    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (isDouble ? 1e-7 : 2e-4);
+    options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 30;
+    return options;
+}
+
+template <class S>
+void fillProblem(Island<S>& island, ContactNewton<S>& newton, const SolverSettings& settings, S h) {
+    RowProblem<S>& problem = newton.problem;
+    const S gentle = static_cast<S>(smallError) / h;
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        problem.friction[k] = frictionCoefficient(island, block);
+        for (int r = 0; r < block.count; ++r) {
+            const std::size_t i = static_cast<std::size_t>(block.first + r);
+            const Row<S>& row = island.rows[i];
+            bool hard = false;
+            RowTerms<S>& t = problem.terms[i];
+            t = rowTerms(row, island.mobility(row, block), h, hard);
+            if (hard) {
+                const bool open = row.lo == S(0) && row.C > S(0);
+                t.bias = open ? row.C / h : std::clamp(row.C / h, -gentle, gentle);
+            }
+            problem.p[i] = row.lambda * h * static_cast<S>(settings.def.warmStart);
+        }
+        if (block.kind == BlockKind::Contact && block.count == 3) {
+            // The share of last step's friction that today's coefficient still carries.
+            S* p = &problem.p[static_cast<std::size_t>(block.first)];
+            const S length = std::hypot(p[1], p[2]);
+            const S most = problem.friction[k] * p[0];
+            if (length > most) {
+                p[1] *= most / length;
+                p[2] *= most / length;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        newton.vStar[i] = island.bodies[i].v;
+    }
+}
+
+template <class S>
+void takeReport(const NewtonReport& newton, SolveReport& report) {
+    report.newtonRounds += newton.rounds;
+    report.factorisations += newton.factorisations;
+}
+
+}  // namespace
+
+template <class S>
+int Direct<S>::substeps(const Island<S>&, S) const {
+    return settings_.def.substeps > 0 ? settings_.def.substeps : 1;
+}
+
+template <class S>
+double Direct<S>::predictWork(Island<S>& island) const {
+    island.linearize();
+    ContactNewton<S>& newton = newtonOf(island);
+    newton.prepare(island);
+    return newton.work();
+}
+
+template <class S>
+SolveReport Direct<S>::advance(Island<S>& island, S h) {
+    SolveReport report;
+    report.directSolves = 1;
+    island.predict(h);
+    island.linearize();
+    resolveImpacts(island, settings_, h);
+    report.rows = static_cast<int>(island.rows.size());
+
+    ContactNewton<S>& newton = newtonOf(island);
+    newton.prepare(island);
+    fillProblem(island, newton, settings_, h);
+    const NewtonOptions options = optionsFor<S>(settings_);
+    NewtonReport solved = newton.solve(island, options);
+    takeReport<S>(solved, report);
+    if (!solved.converged) {
+        solved.residual = newton.polish(island, 20);
+    }
+    report.unconverged = !solved.converged;
+    report.residual = solved.residual;
+    if (solved.converged) {
+        correctJoints(island, newton, options, h, report);
+    }
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        island.bodies[i].v = newton.problem.v[i];
+    }
+    for (std::size_t i = 0; i < island.rows.size(); ++i) {
+        island.rows[i].lambda = newton.problem.p[i] / h;
+    }
+    island.storeLambda();
+    island.integrate(h);
+    projectErrors(island, newton, options, h, report);
+    return report;
+}
+
+template <class S>
+void Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const NewtonOptions& options, S h,
+                              SolveReport& report) const {
+    if (island.jointBlocks == 0) {
+        return;
+    }
+    const std::vector<SolverBody<S>> start = island.bodies;
+    const S gentle = static_cast<S>(smallError);
+    const S tolerance = std::max(static_cast<S>(jointTolerance), S(100) * Eigen::NumTraits<S>::epsilon());
+    std::vector<S> C;
+    for (int round = 0; round < 6; ++round) {
+        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+            island.bodies[i].v = newton.problem.v[i];
+        }
+        island.integrate(h);
+        island.jointErrors(C);
+        island.bodies = start;
+        S worst = 0;
+        for (std::size_t i = 0; i < C.size(); ++i) {
+            const Row<S>& row = island.rows[i];
+            const bool equality = row.lo < S(0) && row.hi > S(0);
+            if (row.isVelocity || row.isSoft() || (!equality && newton.problem.p[i] <= S(0))) {
+                continue;
+            }
+            const S target = equality || row.C < S(0) ? row.C - std::clamp(row.C, -gentle, gentle) : S(0);
+            const S error = C[i] - target;
+            worst = std::max(worst, std::abs(error));
+            newton.problem.terms[i].bias += error / h;
+        }
+        if (worst <= tolerance) {
+            break;
+        }
+        const NewtonReport again = newton.solve(island, options);
+        takeReport<S>(again, report);
+        if (!again.converged) {
+            report.unconverged = true;
+            break;
+        }
+    }
+    island.bodies = start;
+}
+
+template <class S>
+void Direct<S>::projectErrors(Island<S>& island, ContactNewton<S>& newton, NewtonOptions options, S h,
+                              SolveReport& report) const {
+    std::vector<S> joints;
+    std::vector<S> contacts;
+    island.jointErrors(joints);
+    island.contactErrors(contacts);
+    RowProblem<S>& problem = newton.problem;
+    const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
+    S worst = 0;
+    std::size_t contact = 0;
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        const bool isContact = block.kind == BlockKind::Contact;
+        problem.friction[k] = S(-1);
+        for (int r = 0; r < block.count; ++r) {
+            const std::size_t i = static_cast<std::size_t>(block.first + r);
+            const Row<S>& row = island.rows[i];
+            RowTerms<S>& t = problem.terms[i];
+            problem.p[i] = S(0);
+            if (row.isVelocity || row.isSoft()) {
+                t.mobility = S(0);
+                t.bias = S(0);
+                continue;
+            }
+            const S C = isContact ? contacts[contact] : joints[i];
+            const bool equality = row.lo < S(0) && row.hi > S(0);
+            worst = std::max(worst, equality ? std::abs(C) : -C);
+            t.softness = S(0);
+            t.lo = row.lo;
+            t.hi = row.hi;
+            t.bias = equality ? std::clamp(C / h, -pushOut, pushOut) : std::max(C / h, -pushOut);
+        }
+        contact += isContact ? 1 : 0;
+    }
+    if (worst <= static_cast<S>(smallError)) {
+        return;
+    }
+    for (Vec6<S>& v : newton.vStar) {
+        v.setZero();
+    }
+    options.tolerance = 0.1 * smallError / static_cast<double>(h);
+    newton.forget();
+    const NewtonReport solved = newton.solve(island, options);
+    takeReport<S>(solved, report);
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        SolverBody<S>& body = island.bodies[i];
+        if (!body.fixed) {
+            body.pose.position += h * problem.v[i].template head<3>();
+            body.pose.rotation = rotated<S>(body.pose.rotation, h * problem.v[i].template tail<3>());
+        }
+    }
+}
+
+template class Direct<float>;
+template class Direct<double>;
+
+}  // namespace cairn

@@ -1,0 +1,81 @@
+#pragma once
+// The regularised contact problem of one island, solved exactly in body space.
+//
+// Unknown: the twists v of the dynamic bodies. With rows u = J v + b, a small regularisation d_i = reg A_ii, physical
+// softness s_i and a centre pc for the impulses (the proximal term), the impulses answer the velocities,
+//     p = P(y),   y = (d pc - u) / (d + s),
+// where P clamps to the bounds of a row, and friction to the disc of a given radius. v minimises the convex function
+//     f(v) = 1/2 |v - v*|^2_M + sum of the Moreau envelopes of the rows,   grad f = M (v - v*) - J^T p,
+// whose Hessian is H = M + J^T W J (the seed's 7.4 and 7.37 for the whole island at once). Newton with an exact line
+// search: f falls every round, so that no active set can blow up. Around it, the centre moves to the present p (the
+// bias of d vanishes: augmented Lagrangian) and each friction disc to mu times the present normal impulse (no dilation:
+// the normal never sees the sliding), until the unregularised Coulomb problem holds to tolerance.
+#include <cairn/engine/island.hpp>
+#include <cairn/engine/solvers/block_cholesky.hpp>
+#include <cairn/engine/solvers/sweep.hpp>
+
+namespace cairn {
+
+struct NewtonOptions {
+    double regularisation = 0;  // of A_ii
+    double tolerance = 0;       // m/s
+    int maxRounds = 0;
+};
+
+struct NewtonReport {
+    int rounds = 0;  // linear solves
+    int factorisations = 0;
+    bool converged = false;
+    double residual = 0;  // m/s
+};
+
+template <class S>
+class ContactNewton {
+public:
+    // Reads the island's graph and prepares the factor's pattern; cheap when nothing changed since the last call.
+    void prepare(const Island<S>& island);
+    // Block multiply-adds of one factor of the graph last prepared.
+    double work() const { return factor_.work(); }
+
+    // Filled by the caller after prepare(), all but v. p: start value in, answer out. v: answer, v* + M^-1 J^T p, so
+    // that momentum is kept whatever the residual.
+    RowProblem<S> problem;
+    std::vector<Vec6<S>> vStar;  // twist of each body without the rows (fixed ones: their twist)
+
+    NewtonReport solve(const Island<S>& island, const NewtonOptions& options);
+    // Where solve() has not converged: sweeps of Gauss-Seidel from its answer and from the start values it was given;
+    // keeps whichever answer has the lowest residual, and returns that.
+    double polish(const Island<S>& island, int sweeps);
+    // The terms have changed by more than their bias: the next solve() factors anew.
+    void forget() { factored_ = false; }
+    // The worst violation of the Coulomb problem by (v, p): natural map, in m/s.
+    double residual(const Island<S>& island) const;
+
+private:
+    void momentumVelocity(const Island<S>& island);
+    void rowVelocities(const Island<S>& island, const std::vector<Vec6<S>>& twist, std::vector<S>& out) const;
+    void respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse) const;
+    bool assemble(const Island<S>& island, const std::vector<S>& u, NewtonReport& report);
+    S gradient(const Island<S>& island, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
+    void lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
+
+    static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+    std::vector<int> node_;  // of each body; -1: fixed
+    std::vector<int> bodyOfNode_;
+    std::vector<int> edgeOfBlock_;  // -1: one of the bodies is fixed
+    std::vector<std::uint8_t> edgeFlipped_;
+    BlockCholesky<S> factor_;
+
+    std::vector<S> delta_;             // regularisation of each row
+    std::vector<S> centre_;            // pc
+    std::vector<S> start_;             // impulses that the last solve() was given
+    std::vector<S> radius_;            // of each block's friction disc, N s
+    std::vector<Mat2<S>> discWeight_;  // of each block, as factored
+    std::vector<S> weight_;            // of each row, as factored
+    bool factored_ = false;
+    std::vector<S> u_, trial_, along_;
+    std::vector<Vec6<S>> step_;
+};
+
+}  // namespace cairn

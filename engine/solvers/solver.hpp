@@ -1,0 +1,30 @@
+#pragma once
+// A solver advances one island by one sub-step: predict, solve, move. It keeps no state of its own between calls;
+// lambda lives with the constraints, so solvers can be swapped in mid-run.
+#include <cairn/engine/island.hpp>
+
+#include <memory>
+#include <string_view>
+
+namespace cairn {
+
+template <class S>
+class Solver {
+public:
+    virtual ~Solver() = default;
+    virtual SolveReport advance(Island<S>& island, S h) = 0;
+    // Sub-steps that this island should be given in a step of dt; the user's number where there is one.
+    virtual int substeps(const Island<S>& island, S dt) const = 0;
+};
+
+struct SolverInfo {
+    const char* name;
+    const char* help;
+};
+const std::vector<SolverInfo>& solverList();
+
+// Throws InputError for an unknown name (naming the known ones) or a setting out of range.
+template <class S>
+std::unique_ptr<Solver<S>> makeSolver(const SolverSettings& settings);
+
+}  // namespace cairn
