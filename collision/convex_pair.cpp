@@ -216,6 +216,9 @@ bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& m
         }
         if (lowest > -depth + slack + 0.05 * std::abs(depth)) {
             // The deepest place lies beside the face, or on a rounding that the outline cuts off.
+            if (std::abs(n.dot(outward)) < 0.99) {
+                continue;  // as deep as the face by chance only
+            }
             edgeManifold(a, b, n, near, margin, out);
             for (int k = 0; k < out.count; ++k) {
                 const ContactPoint& p = out.points[static_cast<std::size_t>(k)];
