@@ -15,9 +15,9 @@ struct Way {
 
 // The least overlap by descent: push B out along n until GJK sees a gap, take the direction of the gap, repeat. Each
 // step can only lower the overlap, for any convex shapes; where n is that direction already it is a local minimum.
-void descend(const Convex& a, const Convex& b, double scale, OverlapOf& overlap, Way& way) {
+void descend(const Convex& a, const Convex& b, double scale, int steps, OverlapOf& overlap, Way& way) {
     const double gap = 0.01 * scale;
-    for (int step = 0; step < 6; ++step) {
+    for (int step = 0; step < steps; ++step) {
         const Vec3d shift = (way.depth - a.radius - b.radius + gap) * way.n;
         const GjkAnswer apart = gjk(a, b, way.n, shift, 1e300);
         if (apart.state != GjkAnswer::State::Apart) {
@@ -93,8 +93,11 @@ GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double 
     }
     std::size_t best = 0;
     for (std::size_t k = 0; k < (known ? 1 : few) && ways[k].depth < 1e300; ++k) {
-        descend(a, b, scale, overlap, ways[k]);
+        descend(a, b, scale, 2, overlap, ways[k]);
         best = ways[k].depth < ways[best].depth ? k : best;
+    }
+    if (!known) {
+        descend(a, b, scale, 6, overlap, ways[best]);
     }
     if (byMpr < 1e300 && ways[best].depth < byMpr - 1e-3 * scale) {
         ++counts.repairedNormals;

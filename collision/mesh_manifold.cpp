@@ -208,13 +208,27 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
     if (upright <= -0.01 || ((t.active >> edge) & 1u) == 0) {
         return Touch::Inner;
     }
+    corners = (1u << edge) | (1u << ((edge + 1) % 3));
+    Vec3d ofB;
+    if (faceNormal(b, -n, ofB) && overlap(-ofB) <= depth + 1e-3 * scale + 0.01 * std::abs(depth)) {
+        // A face of the shape lies on the edge.
+        fillFace(b, ofB, scratch.face);
+        incidentOutline(a, -ofB, scratch.incident);
+        scratch.candidates.clear();
+        clipToFace(scratch, 0, margin);
+        for (const Candidate& c : scratch.candidates) {
+            add(clusters, -ofB, c.outer, c.inner, mixIds(static_cast<std::uint64_t>(t.index), c.feature) | 0x40000000u);
+        }
+        if (!scratch.candidates.empty()) {
+            return Touch::Edge;
+        }
+    }
     WorkManifold lines;
     edgeManifold(a, b, n, near, margin, lines);
     for (int k = 0; k < lines.count; ++k) {
         const ContactPoint& p = lines.points[static_cast<std::size_t>(k)];
         add(clusters, n, p.onA, p.onB, mixIds(static_cast<std::uint64_t>(t.index), p.feature) | 0x40000000u);
     }
-    corners = (1u << edge) | (1u << ((edge + 1) % 3));
     return Touch::Edge;
 }
 
@@ -312,7 +326,10 @@ void meshAgainst(const CollisionMesh& mesh, const Convex& b, double margin, Scra
     const std::size_t first = out.size();
     for (std::size_t c = 0; c < clusters.used; ++c) {
         Cluster& cluster = clusters.all[c];
-        dropTwins(cluster.candidates, 1e-3 * scale);
+        // The reduction of many takes places apart by itself.
+        if (cluster.candidates.size() <= 8) {
+            dropTwins(cluster.candidates, 1e-3 * scale);
+        }
         std::swap(scratch.candidates, cluster.candidates);
         completeBasis(cluster.normal, scratch.face.tangent1, scratch.face.tangent2);
         scratch.face.id = 0;

