@@ -39,7 +39,8 @@ double RunResult::percentileMs(double share) const {
 }
 
 std::optional<double> energyDrift(const RunResult& result) {
-    if (!(result.peakKineticEnergy > 0)) {
+    const double speed = 1e-6;  // m/s
+    if (!(result.peakKineticEnergy > 0.5 * result.mass * speed * speed)) {
         return {};
     }
     return result.energyGained / result.peakKineticEnergy;
@@ -52,6 +53,9 @@ SceneRun::SceneRun(const Scene& scene, Precision precision)
     result_.precision = precision;
     result_.threads = scene.world.jobs ? scene.world.jobs->threadCount() : scene.world.threads;
     result_.dt = scene.dt;
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        result_.mass += simulation_->mass(i);
+    }
 }
 
 void SceneRun::step() {

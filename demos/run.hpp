@@ -30,6 +30,7 @@ struct RunResult {
     double momentumDefect = 0;                 // N s, worst
     double peakKineticEnergy = 0;              // J
     double finalKineticEnergy = 0;             // J
+    double mass = 0;                           // kg, of all dynamic bodies
     std::uint32_t flags = 0;                   // StepFlag bits that any step raised
     StepCounts counts;                         // of the last step; bodies holds all bodies
     int peakContacts = 0;
@@ -45,7 +46,8 @@ struct RunResult {
     double percentileMs(double share) const;  // share in [0, 1]: the smallest time that this share does not exceed
 };
 
-// Energy that no force explains over the peak kinetic energy; empty if nothing ever moved.
+// Energy that no force explains over the peak kinetic energy; empty if nothing ever moved, that is if the bodies were
+// never faster than 1 um/s in the mean (root of mean square, by mass): below it both numbers are round-off.
 std::optional<double> energyDrift(const RunResult& result);
 
 class SceneRun {

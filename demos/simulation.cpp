@@ -23,6 +23,7 @@ public:
         return world_.angularVelocity(placed_.bodies[body]).template cast<double>();
     }
     bool awake(std::size_t body) const override { return world_.awake(placed_.bodies[body]); }
+    double mass(std::size_t body) const override { return static_cast<double>(world_.mass(placed_.bodies[body])); }
     void setPose(std::size_t body, const Posed& pose) override {
         world_.setPose(placed_.bodies[body], pose.template cast<S>());
     }

@@ -19,6 +19,7 @@ public:
     virtual Vec3d linearVelocity(std::size_t body) const = 0;   // m/s, of the centre of mass
     virtual Vec3d angularVelocity(std::size_t body) const = 0;  // rad/s, world axes
     virtual bool awake(std::size_t body) const = 0;
+    virtual double mass(std::size_t body) const = 0;  // kg; 0 for static and kinematic bodies
     virtual void setPose(std::size_t body, const Posed& pose) = 0;
     virtual std::vector<ContactView> contacts() const = 0;
     virtual std::vector<JointView> jointViews() const = 0;

@@ -24,8 +24,11 @@ TEST(RunResult, WhatWasNotComputedIsNull) {
     result.residualConstraint = 0.25;
     result.energyGained = 1;
     result.peakKineticEnergy = 4;
+    result.mass = 2;
     EXPECT_EQ(resultJson(result).at("error").at("residual_constraint"), 0.25);
     EXPECT_EQ(resultJson(result).at("error").at("energy_drift"), 0.25);
+    result.peakKineticEnergy = 0.9e-12;  // 2 kg at less than 1 um/s: at rest
+    EXPECT_TRUE(resultJson(result).at("error").at("energy_drift").is_null());
 }
 
 TEST(RunResult, NumbersThatAreNotFiniteAreNull) {
