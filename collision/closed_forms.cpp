@@ -10,7 +10,7 @@ constexpr double tiny = 1e-12;  // m; a direction this short is none
 
 // The outward direction in the plane of the axis and the point: x for a point on the axis.
 Vec3d radialOf(const Vec3d& p, double& distance) {
-    distance = std::hypot(p.x(), p.z());
+    distance = std::sqrt(p.x() * p.x() + p.z() * p.z());
     return distance > tiny ? Vec3d(p.x() / distance, 0, p.z() / distance) : Vec3d::UnitX();
 }
 

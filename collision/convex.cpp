@@ -36,7 +36,7 @@ const std::array<Vec3d, rimCorners()>& unitRim() {
 
 // Unit radial direction of d about the y axis; +x where there is none.
 Vec3d radial(const Vec3d& d) {
-    const double length = std::hypot(d.x(), d.z());
+    const double length = std::sqrt(d.x() * d.x() + d.z() * d.z());
     return length > 1e-12 ? Vec3d(d.x() / length, 0, d.z() / length) : Vec3d::UnitX();
 }
 
@@ -72,7 +72,7 @@ Vec3d localSupport(const Convex& s, const Vec3d& d, int& hint) {
             return p;
         }
         case ShapeKind::Cone: {
-            const double across = std::hypot(d.x(), d.z());
+            const double across = std::sqrt(d.x() * d.x() + d.z() * d.z());
             if (2 * d.y() * s.size.y() > s.size.x() * across) {
                 return {0, s.size.y(), 0};
             }

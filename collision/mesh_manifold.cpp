@@ -181,9 +181,15 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
     }
     const double scale = scaleOf(b);
     corners = 0b111;
-    if (t.active == 0 && clipByFace(t, b, margin, scratch) < -faceDepth + 1e-3 * scale + 0.01 * std::abs(faceDepth)) {
-        addFace(t, scratch, clusters);
-        return Touch::Face;
+    if (t.active == 0) {
+        const double lowest = clipByFace(t, b, margin, scratch);
+        if (scratch.candidates.empty()) {
+            return Touch::None;  // its face is all that it could add
+        }
+        if (lowest < -faceDepth + 1e-3 * scale + 0.01 * std::abs(faceDepth)) {
+            addFace(t, scratch, clusters);
+            return Touch::Face;
+        }
     }
     const GjkAnswer apart = gjk(a, b, t.face, Vec3d::Zero(), margin + b.radius);
     if (apart.state == GjkAnswer::State::Beyond) {
