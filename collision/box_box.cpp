@@ -6,8 +6,8 @@ namespace cairn {
 
 // Separating axes (Gottschalk, Lin, Manocha 1996): 6 face normals and 9 cross products of edges, by the largest
 // separation. Faces are preferred, the remembered side most.
-bool boxBox(const Convex& a, const Convex& b, double margin, Memory& memory, Scratch& scratch, NarrowCounts& counts,
-            WorkManifold& out) {
+bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
+            NarrowCounts& counts, WorkManifold& out) {
     const Mat3d& r = b.rotation;
     const Vec3d& t = b.position;
     const Vec3d& ha = a.size;

@@ -14,8 +14,8 @@ struct Memory {
 };
 
 // box_box.cpp
-bool boxBox(const Convex& a, const Convex& b, double margin, Memory& memory, Scratch& scratch, NarrowCounts& counts,
-            WorkManifold& out);
+bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
+            NarrowCounts& counts, WorkManifold& out);
 
 // closed_forms.cpp: b is a sphere, a anything convex; both are capsules; a is a half-space
 bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const Memory& memory, NarrowCounts& counts,
