@@ -134,6 +134,19 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
         }
     }
 
+    // Strings and rods have no body of their own: without a line they would not be seen.
+    for (const SceneJoint& joint : scene.joints) {
+        if (const auto* string = std::get_if<DistanceDef>(&joint.def)) {
+            const auto end = [&](BodyId id, const Vec3d& anchor) -> Vec3f {
+                const BodyDef& body = scene.bodies[id.index];
+                const Posed start{body.position, body.rotation};
+                return (simulation.pose(id.index) * (start.inverse() * anchor)).cast<float>();
+            };
+            drawing.lines.push_back(
+                {end(string->a, string->anchorA), end(string->b, string->anchorB), {0.15f, 0.15f, 0.17f, 1}, 2, false});
+        }
+    }
+
     if (overlay.contacts || overlay.normals) {
         const Colour red{0.85f, 0.1f, 0.1f, 1};
         for (const ContactView& contact : simulation.contacts()) {
@@ -152,7 +165,10 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
             const Vec3d axis = 0.1 * (joint.frameA.rotation * Vec3d::UnitX());
             drawing.points.push_back({a.cast<float>(), blue});
             drawing.lines.push_back({(a - axis).cast<float>(), (a + axis).cast<float>(), blue});
-            drawing.lines.push_back({a.cast<float>(), b.cast<float>(), {0.9f, 0.2f, 0.7f, 1}, 3});
+            // A string's two ends are meant to be apart.
+            if (!std::holds_alternative<DistanceDef>(scene.joints[simulation.indexOf(joint.id)].def)) {
+                drawing.lines.push_back({a.cast<float>(), b.cast<float>(), {0.9f, 0.2f, 0.7f, 1}, 3});
+            }
         }
     }
     return drawing;

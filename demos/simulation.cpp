@@ -11,6 +11,9 @@ public:
         for (std::size_t i = 0; i < placed_.bodies.size(); ++i) {
             index_[placed_.bodies[i]] = i;
         }
+        for (std::size_t i = 0; i < placed_.joints.size(); ++i) {
+            jointIndex_[placed_.joints[i]] = i;
+        }
     }
 
     const StepReport& step(double dt) override { return world_.step(static_cast<S>(dt)); }
@@ -30,11 +33,13 @@ public:
     std::vector<ContactView> contacts() const override { return world_.contacts(); }
     std::vector<JointView> jointViews() const override { return world_.jointViews(); }
     std::size_t indexOf(BodyId id) const override { return index_.at(id); }
+    std::size_t indexOf(JointId id) const override { return jointIndex_.at(id); }
 
 private:
     World<S> world_;
     PopulatedScene<S> placed_;
     std::map<BodyId, std::size_t> index_;
+    std::map<JointId, std::size_t> jointIndex_;
 };
 
 }  // namespace

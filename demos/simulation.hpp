@@ -23,7 +23,9 @@ public:
     virtual void setPose(std::size_t body, const Posed& pose) = 0;
     virtual std::vector<ContactView> contacts() const = 0;
     virtual std::vector<JointView> jointViews() const = 0;
-    virtual std::size_t indexOf(BodyId id) const = 0;  // in Scene::bodies, of an id found in contacts() or jointViews()
+    // In Scene::bodies or Scene::joints, of an id found in contacts() or jointViews().
+    virtual std::size_t indexOf(BodyId id) const = 0;
+    virtual std::size_t indexOf(JointId id) const = 0;
 };
 
 // Throws InputError as World and populate do.

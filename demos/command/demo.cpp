@@ -2,6 +2,7 @@
 #include <cairn/demos/command/command.hpp>
 
 #include <cstdio>
+#include <sstream>
 
 namespace cairn {
 
@@ -47,7 +48,9 @@ std::vector<DemoScene> demoScenes() {
 std::string titleOf(const DemoScene& demo) {
     std::string title = demo.name;
     for (const auto& [key, value] : demo.overrides) {
-        title += " " + key + "=" + brief(value);
+        std::ostringstream number;
+        number << value;
+        title += " " + key + "=" + number.str();
     }
     return title;
 }

@@ -28,7 +28,7 @@ Scene makeRagdollPile(const SceneParameters& parameters) {
         const Vec3d middle(random.uniform(-1.1, -0.2), 4 + 2.2 * (i / 2), (i % 2 == 0 ? -1.2 : 1.2));
         addRagdoll(scene, numbered("doll", i) + " ", {middle - pose * Vec3d(0, 0.9, 0), pose});
     }
-    scene.view = {Vec3d(5.5, 3.6, 6.5), Vec3d(0.2, 0.9, 0), 42};
+    scene.view = {Vec3d(6.5, 5, 8), Vec3d(0.2, 1.9, 0), 45};
     return scene;
 }
 
