@@ -10,6 +10,10 @@ constexpr double smallError = 1e-4;
 // Joints are closed to this much (m or rad) at the moved poses.
 constexpr double jointTolerance = 1e-6;
 
+// Surfaces this close (m) touch: no bias within. The corners of a box are one too many for a plane; without the band their last
+// nanometres would decide which of them bear the load.
+constexpr double touchBand = 1e-6;
+
 template <class S>
 ContactNewton<S>& newtonOf(Island<S>& island) {
     using Memory = std::shared_ptr<ContactNewton<S>>;
@@ -23,8 +27,10 @@ template <class S>
 NewtonOptions optionsFor(const SolverSettings& settings) {
     NewtonOptions options;
     const bool isDouble = std::is_same_v<S, double>;
-    options.regularisation = isDouble ? 1e-7 : 1e-4;
-    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (isDouble ? 1e-7 : 2e-4);
+    options.regularisation = isDouble ? 1e-4 : 1e-3;
+    options.leastRegularisation = isDouble ? 1e-9 : 1e-6;
+    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (isDouble ? 1e-6 : 2e-4);
+    options.liftTolerance = 1e-3;
     options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 30;
     return options;
 }
@@ -33,6 +39,7 @@ template <class S>
 void fillProblem(Island<S>& island, ContactNewton<S>& newton, const SolverSettings& settings, S h) {
     RowProblem<S>& problem = newton.problem;
     const S gentle = static_cast<S>(smallError) / h;
+    const S band = static_cast<S>(touchBand);
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
         problem.friction[k] = frictionCoefficient(island, block);
@@ -43,8 +50,9 @@ void fillProblem(Island<S>& island, ContactNewton<S>& newton, const SolverSettin
             RowTerms<S>& t = problem.terms[i];
             t = rowTerms(row, island.mobility(row, block), h, hard);
             if (hard) {
-                const bool open = row.lo == S(0) && row.C > S(0);
-                t.bias = open ? row.C / h : std::clamp(row.C / h, -gentle, gentle);
+                const S C = block.kind == BlockKind::Contact ? row.C - std::clamp(row.C, -band, band) : row.C;
+                const bool open = row.lo == S(0) && C > S(0);
+                t.bias = open ? C / h : std::clamp(C / h, -gentle, gentle);
             }
             problem.p[i] = row.lambda * h * static_cast<S>(settings.def.warmStart);
         }
@@ -183,8 +191,7 @@ void Direct<S>::projectErrors(Island<S>& island, ContactNewton<S>& newton, Newto
             RowTerms<S>& t = problem.terms[i];
             problem.p[i] = S(0);
             if (row.isVelocity || row.isSoft()) {
-                t.mobility = S(0);
-                t.bias = S(0);
+                t = {};
                 continue;
             }
             const S C = isContact ? contacts[contact] : joints[i];

@@ -5,15 +5,37 @@
 namespace cairn {
 namespace {
 
-// Where the disc of friction cuts an impulse off: weights of the derivative of the projection.
-template <class S>
-Mat2<S> discDerivative(S y1, S y2, S radius) {
-    const S length = std::hypot(y1, y2);
-    if (length <= radius) {
-        return Mat2<S>::Identity();
+// Nearest point of the cone |(y1, y2)| <= mu y0, and the derivative of that map (symmetric, eigenvalues in [0, 1]).
+template <class S> Vec3<S> projectOnCone(const Vec3<S>& y, S mu) {
+    const S length = std::hypot(y.y(), y.z());
+    if (length <= mu * y.x()) {
+        return y;
     }
-    const Vec2<S> n(y1 / length, y2 / length);
-    return (radius / length) * (Mat2<S>::Identity() - n * n.transpose());
+    if (y.x() + mu * length <= S(0)) {
+        return Vec3<S>::Zero();
+    }
+    const S normal = (y.x() + mu * length) / (S(1) + mu * mu);
+    const S along = length > S(0) ? mu * normal / length : S(0);
+    return {normal, along * y.y(), along * y.z()};
+}
+
+template <class S> Mat3<S> coneDerivative(const Vec3<S>& y, S mu) {
+    const S length = std::hypot(y.y(), y.z());
+    if (length <= mu * y.x()) {
+        return y.x() > S(0) ? Mat3<S>(Mat3<S>::Identity()) : Mat3<S>(Mat3<S>::Zero());
+    }
+    if (y.x() + mu * length <= S(0)) {
+        return Mat3<S>::Zero();
+    }
+    const S normal = (y.x() + mu * length) / (S(1) + mu * mu);
+    const Vec2<S> t(y.y() / length, y.z() / length);
+    Mat3<S> d;
+    d(0, 0) = S(1) / (S(1) + mu * mu);
+    d.template block<2, 1>(1, 0) = mu * d(0, 0) * t;
+    d.template block<1, 2>(0, 1) = mu * d(0, 0) * t.transpose();
+    d.template block<2, 2>(1, 1) =
+        mu * mu * d(0, 0) * t * t.transpose() + (mu * normal / length) * (Mat2<S>::Identity() - t * t.transpose());
+    return d;
 }
 
 }  // namespace
@@ -92,23 +114,22 @@ void ContactNewton<S>::momentumVelocity(const Island<S>& island) {
 
 // u already holds the bias.
 template <class S>
-void ContactNewton<S>::respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse) const {
+void ContactNewton<S>::respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse) {
     impulse.resize(u.size());
+    y_.resize(u.size());
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
-        for (int r = 0; r < block.count; ++r) {
-            const std::size_t i = at(block.first + r);
+        for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
             const RowTerms<S>& t = problem.terms[i];
-            const S y = (delta_[i] * centre_[i] - u[i]) / (delta_[i] + t.softness);
-            impulse[i] = block.kind == BlockKind::Contact && r > 0 ? y : std::clamp(y, t.lo, t.hi);
+            y_[i] = (delta_[i] * centre_[i] - u[i]) / (delta_[i] + t.softness);
+            impulse[i] = std::clamp(y_[i], t.lo, t.hi);
         }
-        if (block.kind == BlockKind::Contact && block.count == 3) {
-            S& p1 = impulse[at(block.first + 1)];
-            S& p2 = impulse[at(block.first + 2)];
-            const S length = std::hypot(p1, p2);
-            const S scale = length > radius_[k] ? radius_[k] / length : S(1);
-            p1 *= scale;
-            p2 *= scale;
+        if (isCone(island, k)) {
+            const std::size_t i = at(block.first);
+            const Vec3<S> p = projectOnCone(Vec3<S>(y_[i], y_[i + 1], y_[i + 2]), problem.friction[k]);
+            impulse[i] = p.x();
+            impulse[i + 1] = p.y();
+            impulse[i + 2] = p.z();
         }
     }
 }
@@ -146,37 +167,36 @@ S ContactNewton<S>::gradient(const Island<S>& island, const std::vector<S>& impu
 }
 
 template <class S>
-bool ContactNewton<S>::assemble(const Island<S>& island, const std::vector<S>& u, NewtonReport& report) {
+bool ContactNewton<S>::weigh(const Island<S>& island, const std::vector<S>& y) {
     const S tight = Eigen::NumTraits<S>::dummy_precision();
     bool same = factored_;
-    weight_.resize(u.size(), S(0));
-    discWeight_.resize(island.blocks.size(), Mat2<S>::Zero());
+    weight_.resize(y.size(), S(0));
+    coneWeight_.resize(island.blocks.size(), Mat3<S>::Zero());
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
-        const bool contact = block.kind == BlockKind::Contact;
-        for (int r = 0; r < (contact ? 1 : block.count); ++r) {
-            const std::size_t i = at(block.first + r);
+        const std::size_t first = at(block.first);
+        if (isCone(island, k)) {
+            const Mat3<S> w =
+                coneDerivative(Vec3<S>(y[first], y[first + 1], y[first + 2]), problem.friction[k]) / delta_[first];
+            same = same && (w - coneWeight_[k]).cwiseAbs().maxCoeff() <= tight * w.cwiseAbs().maxCoeff();
+            coneWeight_[k] = w;
+            continue;
+        }
+        for (std::size_t i = first; i < first + at(block.count); ++i) {
             const RowTerms<S>& t = problem.terms[i];
-            const S grip = delta_[i] + t.softness;
-            const S y = (delta_[i] * centre_[i] - u[i]) / grip;
-            const S w = y > t.lo && y < t.hi && t.mobility > S(0) ? S(1) / grip : S(0);
+            const S w = y[i] > t.lo && y[i] < t.hi && t.mobility > S(0) ? S(1) / (delta_[i] + t.softness) : S(0);
             same = same && std::abs(w - weight_[i]) <= tight * w;
             weight_[i] = w;
         }
-        if (contact && block.count == 3 && problem.friction[k] >= S(0)) {
-            const std::size_t i = at(block.first + 1);
-            const S grip = delta_[i];
-            const Mat2<S> w = discDerivative((delta_[i] * centre_[i] - u[i]) / grip,
-                                             (delta_[i] * centre_[i + 1] - u[i + 1]) / grip, radius_[k]) /
-                              grip;
-            same = same && (w - discWeight_[k]).cwiseAbs().maxCoeff() <= tight * w.cwiseAbs().maxCoeff();
-            discWeight_[k] = w;
-        }
     }
-    if (same) {
+    return same;
+}
+
+template <class S>
+bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& y, NewtonReport& report) {
+    if (weigh(island, y)) {
         return true;
     }
-
     factor_.setZero();
     for (std::size_t n = 0; n < bodyOfNode_.size(); ++n) {
         const SolverBody<S>& body = island.bodies[at(bodyOfNode_[n])];
@@ -199,21 +219,20 @@ bool ContactNewton<S>::assemble(const Island<S>& island, const std::vector<S>& u
             bb.noalias() += wb * row.b.transpose();
             ab.noalias() += wa * row.b.transpose();
         };
-        const bool contact = block.kind == BlockKind::Contact;
-        for (int r = 0; r < (contact ? 1 : block.count); ++r) {
-            const std::size_t i = at(block.first + r);
-            if (weight_[i] > S(0)) {
-                const Row<S>& row = island.rows[i];
-                add(weight_[i] * row.a, weight_[i] * row.b, row);
+        if (isCone(island, k)) {
+            const Mat3<S>& w = coneWeight_[k];
+            const Row<S>* row = &island.rows[at(block.first)];
+            for (int r = 0; r < 3 && w.trace() > S(0); ++r) {
+                add(w(r, 0) * row[0].a + w(r, 1) * row[1].a + w(r, 2) * row[2].a,
+                    w(r, 0) * row[0].b + w(r, 1) * row[1].b + w(r, 2) * row[2].b, row[r]);
             }
-        }
-        if (contact && block.count == 3 && problem.friction[k] >= S(0) &&
-            discWeight_[k](0, 0) + discWeight_[k](1, 1) > S(0)) {
-            const Row<S>& t1 = island.rows[at(block.first + 1)];
-            const Row<S>& t2 = island.rows[at(block.first + 2)];
-            const Mat2<S>& w = discWeight_[k];
-            add(w(0, 0) * t1.a + w(0, 1) * t2.a, w(0, 0) * t1.b + w(0, 1) * t2.b, t1);
-            add(w(1, 0) * t1.a + w(1, 1) * t2.a, w(1, 0) * t1.b + w(1, 1) * t2.b, t2);
+        } else {
+            for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
+                if (weight_[i] > S(0)) {
+                    const Row<S>& row = island.rows[i];
+                    add(weight_[i] * row.a, weight_[i] * row.b, row);
+                }
+            }
         }
         if (!any) {
             continue;
@@ -298,107 +317,197 @@ void ContactNewton<S>::lineSearch(const Island<S>& island, const std::vector<S>&
 
 template <class S>
 double ContactNewton<S>::residual(const Island<S>& island) const {
-    S worst = 0;
+    S speed = 0;
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
-        const Vec6<S>& va = problem.v[at(block.a)];
-        const Vec6<S>& vb = problem.v[at(block.b)];
-        const bool contact = block.kind == BlockKind::Contact;
-        for (int r = 0; r < (contact ? 1 : block.count); ++r) {
-            const std::size_t i = at(block.first + r);
+        const std::size_t first = at(block.first);
+        if (isCone(island, k)) {
+            const S scale = std::max({problem.terms[first].mobility, problem.terms[first + 1].mobility,
+                                      problem.terms[first + 2].mobility});
+            if (scale <= S(0)) {
+                continue;
+            }
+            Vec3<S> p;
+            Vec3<S> u;
+            for (int r = 0; r < 3; ++r) {
+                p(r) = problem.p[first + at(r)];
+                u(r) = problem.rowVelocity(island.rows[first + at(r)], block) + problem.terms[first + at(r)].bias;
+            }
+            u.x() += lift_[k];
+            const S mu = problem.friction[k];
+            speed = std::max(speed, scale * (p - projectOnCone<S>(p - u / scale, mu)).norm());
+            continue;
+        }
+        for (std::size_t i = first; i < first + at(block.count); ++i) {
             const RowTerms<S>& t = problem.terms[i];
             if (t.mobility <= S(0)) {
                 continue;
             }
-            const Row<S>& row = island.rows[i];
-            const S u = row.a.dot(va) + row.b.dot(vb) + t.bias + t.softness * problem.p[i];
+            const S p = problem.p[i];
+            const S u = problem.rowVelocity(island.rows[i], block) + t.bias + t.softness * p;
             const S scale = t.mobility + t.softness;
-            worst = std::max(worst, scale * std::abs(problem.p[i] - std::clamp(problem.p[i] - u / scale, t.lo, t.hi)));
-        }
-        if (contact && block.count == 3 && problem.friction[k] >= S(0)) {
-            const std::size_t i = at(block.first + 1);
-            const S scale = std::max(problem.terms[i].mobility, problem.terms[i + 1].mobility);
-            if (scale <= S(0)) {
-                continue;
-            }
-            const Row<S>& t1 = island.rows[i];
-            const Row<S>& t2 = island.rows[i + 1];
-            S y1 = problem.p[i] - (t1.a.dot(va) + t1.b.dot(vb)) / scale;
-            S y2 = problem.p[i + 1] - (t2.a.dot(va) + t2.b.dot(vb)) / scale;
-            const S length = std::hypot(y1, y2);
-            const S most = problem.friction[k] * problem.p[i - 1];
-            const S cut = length > most ? most / length : S(1);
-            worst = std::max(worst, scale * std::hypot(problem.p[i] - cut * y1, problem.p[i + 1] - cut * y2));
+            speed = std::max(speed, scale * std::abs(p - std::clamp(p - u / scale, t.lo, t.hi)));
         }
     }
+    return static_cast<double>(speed);
+}
+
+template <class S>
+void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
+    delta_.resize(problem.terms.size());
+    for (std::size_t i = 0; i < problem.terms.size(); ++i) {
+        delta_[i] = reg * std::max(problem.terms[i].mobility, Eigen::NumTraits<S>::epsilon());
+    }
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        if (isCone(island, k)) {
+            // One regularisation for the three rows, so that the nearest point of the cone is the plain projection.
+            const std::size_t i = at(island.blocks[k].first);
+            delta_[i] = delta_[i + 1] = delta_[i + 2] = std::max({delta_[i], delta_[i + 1], delta_[i + 2]});
+        }
+    }
+}
+
+template <class S>
+double ContactNewton<S>::updateLift(const Island<S>& island) {
+    S worst = 0;
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        const std::size_t i = at(block.first);
+        if (!isCone(island, k) || !(problem.p[i] > S(0))) {
+            continue;
+        }
+        const S mu = problem.friction[k];
+        const S slide =
+            std::hypot(problem.rowVelocity(island.rows[i + 1], block), problem.rowVelocity(island.rows[i + 2], block));
+        // Raising the bias presses the contact, and the friction of that slows the slide: one contact answers with -mu^2.
+        const S change = (mu * slide - lift_[k]) / (S(1) + mu * mu);
+        lift_[k] += change;
+        worst = std::max(worst, std::abs(change));
+    }
     return static_cast<double>(worst);
+}
+
+template <class S>
+S ContactNewton<S>::evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g) {
+    rowVelocities(island, problem.v, u_);
+    for (std::size_t i = 0; i < u_.size(); ++i) {
+        u_[i] += problem.terms[i].bias;
+    }
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        u_[at(island.blocks[k].first)] += lift_[k];
+    }
+    respond(island, u_, impulse);
+    return gradient(island, impulse, g);
+}
+
+template <class S>
+S ContactNewton<S>::merit(const Island<S>& island, const std::vector<S>& impulse) const {
+    S value = 0;
+    for (const int body : bodyOfNode_) {
+        const Vec6<S> moved = problem.v[at(body)] - vStar[at(body)];
+        value += S(0.5) * moved.dot(island.bodies[at(body)].applyMass(moved));
+    }
+    for (std::size_t i = 0; i < impulse.size(); ++i) {
+        const S cut = y_[i] - impulse[i];
+        value += S(0.5) * (delta_[i] + problem.terms[i].softness) * (y_[i] * y_[i] - cut * cut);
+    }
+    return value;
+}
+
+template <class S>
+void ContactNewton<S>::guess(const Island<S>& island, NewtonReport& report) {
+    std::vector<Vec6<S>> g;
+    std::vector<S> impulse;
+    for (int k = 0; k < guessSweeps; ++k) {
+        problem.sweep(island, S(1));
+    }
+    momentumVelocity(island);
+    centre_ = problem.p;
+    evaluate(island, impulse, g);
+    const S swept = merit(island, impulse);
+    const std::vector<Vec6<S>> before = problem.v;
+    // One step with the rows that carry a load taken as shut and the others as open, whatever their speeds say.
+    if (!factorise(island, problem.p, report)) {
+        return;
+    }
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        const std::size_t first = at(block.first);
+        if (isCone(island, k)) {
+            const Vec3<S> p(problem.p[first], problem.p[first + 1], problem.p[first + 2]);
+            const Vec3<S> y(y_[first], y_[first + 1], y_[first + 2]);
+            const Vec3<S> shut = p + delta_[first] * coneWeight_[k] * (y - p);
+            impulse[first] = shut.x();
+            impulse[first + 1] = shut.y();
+            impulse[first + 2] = shut.z();
+            continue;
+        }
+        for (std::size_t i = first; i < first + at(block.count); ++i) {
+            impulse[i] = weight_[i] > S(0) ? y_[i] : problem.p[i];
+        }
+    }
+    gradient(island, impulse, g);
+    for (Vec6<S>& block : g) {
+        block = -block;
+    }
+    factor_.solve(g);
+    ++report.rounds;
+    for (std::size_t n = 0; n < g.size(); ++n) {
+        problem.v[at(bodyOfNode_[n])] += g[n];
+    }
+    evaluate(island, impulse, g);
+    if (!(merit(island, impulse) < swept)) {
+        problem.v = before;
+    }
 }
 
 template <class S>
 NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOptions& options) {
     NewtonReport report;
     start_ = problem.p;
+    lift_.assign(island.blocks.size(), S(0));
     momentumVelocity(island);
+    updateLift(island);
     report.residual = residual(island);
     if (report.residual <= options.tolerance) {
         report.converged = true;
         return report;
     }
-
-    const S reg = static_cast<S>(options.regularisation);
-    delta_.resize(problem.terms.size());
-    for (std::size_t i = 0; i < problem.terms.size(); ++i) {
-        delta_[i] = reg * std::max(problem.terms[i].mobility, Eigen::NumTraits<S>::epsilon());
-    }
-    radius_.resize(island.blocks.size());
-    const auto recentre = [&] {
-        centre_ = problem.p;
-        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-            const RowBlock<S>& block = island.blocks[k];
-            radius_[k] = block.kind == BlockKind::Contact
-                             ? std::max(S(0), problem.friction[k]) * problem.p[at(block.first)]
-                             : S(0);
-        }
-    };
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
-        if (block.kind == BlockKind::Contact && block.count == 3) {
-            // One regularisation for both tangents, so that the projection onto the disc stays the nearest point.
-            const std::size_t i = at(block.first + 1);
-            delta_[i] = delta_[i + 1] = std::max(delta_[i], delta_[i + 1]);
-        }
-    }
-    recentre();
+    S reg = static_cast<S>(options.regularisation);
+    regularise(island, reg);
+    guess(island, report);
 
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
-    const S inner = static_cast<S>(options.tolerance);
+    double before = std::numeric_limits<double>::infinity();
+    int lifts = 0;
     while (report.rounds < options.maxRounds) {
-        rowVelocities(island, problem.v, u_);
-        for (std::size_t i = 0; i < u_.size(); ++i) {
-            u_[i] += problem.terms[i].bias;
-        }
-        respond(island, u_, impulse);
-        const S left = gradient(island, impulse, g);
-        if (left <= inner && report.rounds > 0) {
+        if (evaluate(island, impulse, g) <= static_cast<S>(options.tolerance)) {
+            // This centre's problem is solved: has the bias of the regularisation gone, and does sliding still dilate?
             problem.p = impulse;
             const std::vector<Vec6<S>> newton = problem.v;
             momentumVelocity(island);
             report.residual = residual(island);
             if (report.residual <= options.tolerance) {
-                report.converged = true;
-                return report;
+                if (lifts == mostLifts || updateLift(island) <= options.liftTolerance) {
+                    report.converged = true;
+                    return report;
+                }
+                ++lifts;
+                before = std::numeric_limits<double>::infinity();
+            } else {
+                // A slow mode (a heavy load on a light body) asks for a stiffer grip.
+                if (report.residual > slowDecrease * before && reg > static_cast<S>(options.leastRegularisation)) {
+                    reg *= S(0.1);
+                    regularise(island, reg);
+                }
+                before = report.residual;
             }
+            centre_ = problem.p;
             problem.v = newton;
-            recentre();
-            rowVelocities(island, problem.v, u_);
-            for (std::size_t i = 0; i < u_.size(); ++i) {
-                u_[i] += problem.terms[i].bias;
-            }
-            respond(island, u_, impulse);
-            gradient(island, impulse, g);
+            evaluate(island, impulse, g);
         }
-        if (!assemble(island, u_, report)) {
+        if (!factorise(island, y_, report)) {
             break;
         }
         for (Vec6<S>& block : g) {
@@ -408,11 +517,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
         ++report.rounds;
         lineSearch(island, u_, g);
     }
-    rowVelocities(island, problem.v, u_);
-    for (std::size_t i = 0; i < u_.size(); ++i) {
-        u_[i] += problem.terms[i].bias;
-    }
-    respond(island, u_, problem.p);
+    evaluate(island, problem.p, g);
     momentumVelocity(island);
     report.residual = residual(island);
     return report;
@@ -430,7 +535,7 @@ double ContactNewton<S>::polish(const Island<S>& island, int sweeps) {
         }
         momentumVelocity(island);
         const double now = residual(island);
-        if (!(now >= lowest)) {
+        if (now < lowest) {
             lowest = now;
             best = problem.p;
         }

@@ -17,8 +17,10 @@
 namespace cairn {
 
 struct NewtonOptions {
-    double regularisation = 0;  // of A_ii
-    double tolerance = 0;       // m/s
+    double regularisation = 0;       // of A_ii, to begin with
+    double leastRegularisation = 0;  // of A_ii, where mass ratios ask for less
+    double tolerance = 0;            // m/s
+    double liftTolerance = 0;        // m/s
     int maxRounds = 0;
 };
 
@@ -26,7 +28,7 @@ struct NewtonReport {
     int rounds = 0;  // linear solves
     int factorisations = 0;
     bool converged = false;
-    double residual = 0;  // m/s
+    double residual = 0;  // m/s, of the convex problem
 };
 
 template <class S>
@@ -48,17 +50,31 @@ public:
     double polish(const Island<S>& island, int sweeps);
     // The terms have changed by more than their bias: the next solve() factors anew.
     void forget() { factored_ = false; }
-    // The worst violation of the Coulomb problem by (v, p): natural map, in m/s.
+    // Of the worst rows.
     double residual(const Island<S>& island) const;
 
 private:
+    // A contact whose friction is part of the problem.
+    bool isCone(const Island<S>& island, std::size_t block) const {
+        return island.blocks[block].count == 3 && island.blocks[block].kind == BlockKind::Contact &&
+               problem.friction[block] >= S(0);
+    }
+    void regularise(const Island<S>& island, S reg);
+    double updateLift(const Island<S>& island);
+    S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
     void momentumVelocity(const Island<S>& island);
     void rowVelocities(const Island<S>& island, const std::vector<Vec6<S>>& twist, std::vector<S>& out) const;
-    void respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse) const;
-    bool assemble(const Island<S>& island, const std::vector<S>& u, NewtonReport& report);
+    void respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse);
+    bool weigh(const Island<S>& island, const std::vector<S>& y);
+    bool factorise(const Island<S>& island, const std::vector<S>& y, NewtonReport& report);
+    S merit(const Island<S>& island, const std::vector<S>& impulse) const;
+    void guess(const Island<S>& island, NewtonReport& report);
     S gradient(const Island<S>& island, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
     void lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
 
+    static constexpr int guessSweeps = 10;
+    static constexpr int mostLifts = 4;
+    static constexpr double slowDecrease = 0.25;
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
     std::vector<int> node_;  // of each body; -1: fixed
@@ -70,11 +86,11 @@ private:
     std::vector<S> delta_;             // regularisation of each row
     std::vector<S> centre_;            // pc
     std::vector<S> start_;             // impulses that the last solve() was given
-    std::vector<S> radius_;            // of each block's friction disc, N s
-    std::vector<Mat2<S>> discWeight_;  // of each block, as factored
+    std::vector<S> lift_;              // of each block, m/s: De Saxce's mu |u_t|
+    std::vector<Mat3<S>> coneWeight_;  // of each block, as factored
     std::vector<S> weight_;            // of each row, as factored
     bool factored_ = false;
-    std::vector<S> u_, trial_, along_;
+    std::vector<S> u_, y_, trial_, along_;
     std::vector<Vec6<S>> step_;
 };
 
