@@ -33,6 +33,7 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     factorisations += o.factorisations;
     rows = std::max(rows, o.rows);
     unconverged = unconverged || o.unconverged;
+    tooLong = tooLong || o.tooLong;
     residual = std::max(residual, o.residual);
     energyGained += o.energyGained;
     momentumDefect += o.momentumDefect;

@@ -62,6 +62,7 @@ struct SolveReport {
     int factorisations = 0;
     int rows = 0;
     bool unconverged = false;
+    bool tooLong = false;       // the sub-step was refused: the island must be put back and advanced by shorter ones
     double residual = 0;        // m/s, worst row of the natural map, where computed
     double energyGained = 0;    // J
     double momentumDefect = 0;  // N s
@@ -96,8 +97,11 @@ struct Island {
 
     Vec3<S> externalImpulse =
         Vec3<S>::Zero();  // N s, given to the dynamic bodies by forces, damping and impacts in this sub-step
-    std::any
-        memory;  // what the solver of this island keeps for speed alone (orders, patterns); never part of the answer
+    // What is kept from step to step for speed alone, never part of the answer: the solver's orders and patterns.
+    std::any memory;
+    // How often the step was halved last time, because a sub-step was refused; whether this one may be.
+    int halvings = 0;
+    bool mayRefuse = false;
 
     // v <- v + h (force / M), damping and the gyroscopic rule (by need).
     void predict(S h);

@@ -217,16 +217,33 @@ struct World<S>::Impl {
         }
     }
 
+    // A solver may refuse a sub-step that is too long for the motion; it is then halved, at most `mostHalvings` times.
+    // What was needed is remembered, and one halving fewer tried in the next step.
     SolveReport advance(Island<S>& island, S dt) const {
-        const int substeps = solver->substeps(island, dt);
-        const S h = dt / static_cast<S>(substeps);
+        constexpr int mostHalvings = 5;
+        int halvings = std::max(0, island.halvings - 1);
+        int left = solver->substeps(island, dt) << halvings;
+        S h = dt / static_cast<S>(left);
         SolveReport sum;
-        for (int k = 0; k < substeps; ++k) {
+        while (left > 0) {
+            const std::vector<SolverBody<S>> before = island.bodies;
+            island.mayRefuse = halvings < mostHalvings;
             const Ledger<S> ledger(island);
             SolveReport one = solver->advance(island, h);
+            if (one.tooLong) {
+                island.bodies = before;
+                sum.newtonRounds += one.newtonRounds;
+                sum.factorisations += one.factorisations;
+                ++halvings;
+                left *= 2;
+                h *= S(0.5);
+                continue;
+            }
             ledger.close(island, h, one);
             sum += one;
+            --left;
         }
+        island.halvings = halvings;
         return sum;
     }
 

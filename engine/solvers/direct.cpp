@@ -9,9 +9,13 @@ namespace {
 constexpr double smallError = 1e-4;
 // Joints are closed to this much (m or rad) at the moved poses.
 constexpr double jointTolerance = 1e-6;
+// Rounds of that; where they are not enough, the bodies turn too far within the sub-step.
+constexpr int jointRounds = 8;
+// Sweeps that Gauss-Seidel gets where Newton has not converged.
+constexpr int polishSweeps = 20;
 
-// Surfaces this close (m) touch: no bias within. The corners of a box are one too many for a plane; without the band their last
-// nanometres would decide which of them bear the load.
+// Surfaces this close (m) touch: no bias within. The corners of a box are one too many for a plane; without the band
+// their last nanometres would decide which of them bear the load.
 constexpr double touchBand = 1e-6;
 
 template <class S>
@@ -108,14 +112,16 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     const NewtonOptions options = optionsFor<S>(settings_);
     NewtonReport solved = newton.solve(island, options);
     takeReport<S>(solved, report);
+    const bool held = solved.converged && correctJoints(island, newton, options, h, report);
+    if (!held && island.mayRefuse && island.jointBlocks > 0) {
+        report.tooLong = true;
+        return report;
+    }
     if (!solved.converged) {
-        solved.residual = newton.polish(island, 20);
+        solved.residual = newton.polish(island, polishSweeps);
     }
-    report.unconverged = !solved.converged;
+    report.unconverged = !held;
     report.residual = solved.residual;
-    if (solved.converged) {
-        correctJoints(island, newton, options, h, report);
-    }
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         island.bodies[i].v = newton.problem.v[i];
     }
@@ -129,16 +135,16 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
 }
 
 template <class S>
-void Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const NewtonOptions& options, S h,
+bool Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const NewtonOptions& options, S h,
                               SolveReport& report) const {
     if (island.jointBlocks == 0) {
-        return;
+        return true;
     }
     const std::vector<SolverBody<S>> start = island.bodies;
     const S gentle = static_cast<S>(smallError);
     const S tolerance = std::max(static_cast<S>(jointTolerance), S(100) * Eigen::NumTraits<S>::epsilon());
     std::vector<S> C;
-    for (int round = 0; round < 6; ++round) {
+    for (int round = 0; round < jointRounds; ++round) {
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
             island.bodies[i].v = newton.problem.v[i];
         }
@@ -158,16 +164,15 @@ void Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const
             newton.problem.terms[i].bias += error / h;
         }
         if (worst <= tolerance) {
-            break;
+            return true;
         }
         const NewtonReport again = newton.solve(island, options);
         takeReport<S>(again, report);
         if (!again.converged) {
-            report.unconverged = true;
-            break;
+            return false;
         }
     }
-    island.bodies = start;
+    return false;
 }
 
 template <class S>

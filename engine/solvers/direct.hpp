@@ -22,7 +22,7 @@ public:
     double predictWork(Island<S>& island) const;
 
 private:
-    void correctJoints(Island<S>& island, ContactNewton<S>& newton, const NewtonOptions& options, S h,
+    bool correctJoints(Island<S>& island, ContactNewton<S>& newton, const NewtonOptions& options, S h,
                        SolveReport& report) const;
     void projectErrors(Island<S>& island, ContactNewton<S>& newton, NewtonOptions options, S h,
                        SolveReport& report) const;

@@ -6,8 +6,8 @@
 // bodies; sweeps without it follow ("relax"), so that the push-out leaves no speed behind. Full correction with a full
 // warm start diverges (facts/solvers 5.4). Cost: rows x sweeps, linear in everything. Use it for big moving heaps;
 // heavy things on light ones want `direct`.
-#include <cairn/engine/solvers/sweep.hpp>
 #include <cairn/engine/solvers/solver.hpp>
+#include <cairn/engine/solvers/sweep.hpp>
 
 namespace cairn {
 

@@ -6,7 +6,8 @@ namespace cairn {
 namespace {
 
 // Nearest point of the cone |(y1, y2)| <= mu y0, and the derivative of that map (symmetric, eigenvalues in [0, 1]).
-template <class S> Vec3<S> projectOnCone(const Vec3<S>& y, S mu) {
+template <class S>
+Vec3<S> projectOnCone(const Vec3<S>& y, S mu) {
     const S length = std::hypot(y.y(), y.z());
     if (length <= mu * y.x()) {
         return y;
@@ -19,7 +20,8 @@ template <class S> Vec3<S> projectOnCone(const Vec3<S>& y, S mu) {
     return {normal, along * y.y(), along * y.z()};
 }
 
-template <class S> Mat3<S> coneDerivative(const Vec3<S>& y, S mu) {
+template <class S>
+Mat3<S> coneDerivative(const Vec3<S>& y, S mu) {
     const S length = std::hypot(y.y(), y.z());
     if (length <= mu * y.x()) {
         return y.x() > S(0) ? Mat3<S>(Mat3<S>::Identity()) : Mat3<S>(Mat3<S>::Zero());
@@ -322,8 +324,8 @@ double ContactNewton<S>::residual(const Island<S>& island) const {
         const RowBlock<S>& block = island.blocks[k];
         const std::size_t first = at(block.first);
         if (isCone(island, k)) {
-            const S scale = std::max({problem.terms[first].mobility, problem.terms[first + 1].mobility,
-                                      problem.terms[first + 2].mobility});
+            const S scale = std::max(
+                {problem.terms[first].mobility, problem.terms[first + 1].mobility, problem.terms[first + 2].mobility});
             if (scale <= S(0)) {
                 continue;
             }
@@ -379,7 +381,8 @@ double ContactNewton<S>::updateLift(const Island<S>& island) {
         const S mu = problem.friction[k];
         const S slide =
             std::hypot(problem.rowVelocity(island.rows[i + 1], block), problem.rowVelocity(island.rows[i + 2], block));
-        // Raising the bias presses the contact, and the friction of that slows the slide: one contact answers with -mu^2.
+        // Raising the bias presses the contact, and the friction of that slows the slide: one contact answers with
+        // -mu^2.
         const S change = (mu * slide - lift_[k]) / (S(1) + mu * mu);
         lift_[k] += change;
         worst = std::max(worst, std::abs(change));
