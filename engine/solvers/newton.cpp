@@ -77,7 +77,31 @@ void ContactNewton<S>::prepare(const Island<S>& island) {
     problem.p.resize(island.rows.size());
     vStar.resize(island.bodies.size());
     problem.v.resize(island.bodies.size());
-    factored_ = false;
+    factored_ = factored_ && stillHolds(island);
+}
+
+template <class S>
+bool ContactNewton<S>::stillHolds(const Island<S>& island) const {
+    if (island.bodies.size() != factoredPoses_.size() || island.blocks.size() != factoredBlocks_.size() ||
+        island.rows.size() != weight_.size()) {
+        return false;
+    }
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        if (factoredBlocks_[k] != std::array<int, 3>{block.a, block.b, block.first}) {
+            return false;
+        }
+    }
+    const S still = static_cast<S>(stillMotion);
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        const Pose<S>& pose = island.bodies[i].pose;
+        const Pose<S>& old = factoredPoses_[i];
+        if ((pose.position - old.position).cwiseAbs().maxCoeff() > still ||
+            (pose.rotation.coeffs() - old.rotation.coeffs()).cwiseAbs().maxCoeff() > still) {
+            return false;
+        }
+    }
+    return true;
 }
 
 template <class S>
@@ -170,7 +194,7 @@ S ContactNewton<S>::gradient(const Island<S>& island, const std::vector<S>& impu
 
 template <class S>
 bool ContactNewton<S>::weigh(const Island<S>& island, const std::vector<S>& y) {
-    const S tight = Eigen::NumTraits<S>::dummy_precision();
+    const S tight = static_cast<S>(sameWeight);
     bool same = factored_;
     weight_.resize(y.size(), S(0));
     coneWeight_.resize(island.blocks.size(), Mat3<S>::Zero());
@@ -251,6 +275,14 @@ bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& 
     }
     ++report.factorisations;
     factored_ = factor_.factor();
+    factoredPoses_.clear();
+    for (const SolverBody<S>& body : island.bodies) {
+        factoredPoses_.push_back(body.pose);
+    }
+    factoredBlocks_.clear();
+    for (const RowBlock<S>& block : island.blocks) {
+        factoredBlocks_.push_back({block.a, block.b, block.first});
+    }
     return factored_;
 }
 
@@ -421,7 +453,8 @@ template <class S>
 void ContactNewton<S>::guess(const Island<S>& island, NewtonReport& report) {
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
-    for (int k = 0; k < guessSweeps; ++k) {
+    const int sweeps = report.residual > nearAnswer ? guessSweeps : 0;
+    for (int k = 0; k < sweeps; ++k) {
         problem.sweep(island, S(1));
     }
     momentumVelocity(island);
@@ -500,7 +533,13 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
                 before = std::numeric_limits<double>::infinity();
             } else {
                 // A slow mode (a heavy load on a light body) asks for a stiffer grip.
-                if (report.residual > slowDecrease * before && reg > static_cast<S>(options.leastRegularisation)) {
+                // Rows that contradict each other (a body wedged between walls) stall too, near tolerance: that is their answer.
+                if (report.residual > slowDecrease * before) {
+                    if (report.residual <= stalledShare * options.tolerance ||
+                        reg <= static_cast<S>(options.leastRegularisation)) {
+                        report.converged = true;
+                        return report;
+                    }
                     reg *= S(0.1);
                     regularise(island, reg);
                 }

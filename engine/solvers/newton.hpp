@@ -62,6 +62,7 @@ private:
     void regularise(const Island<S>& island, S reg);
     double updateLift(const Island<S>& island);
     S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
+    bool stillHolds(const Island<S>& island) const;
     void momentumVelocity(const Island<S>& island);
     void rowVelocities(const Island<S>& island, const std::vector<Vec6<S>>& twist, std::vector<S>& out) const;
     void respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse);
@@ -73,8 +74,10 @@ private:
     void lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
 
     static constexpr int guessSweeps = 10;
-    static constexpr int mostLifts = 4;
+    static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
+    static constexpr int mostLifts = 1;
     static constexpr double slowDecrease = 0.25;
+    static constexpr double stalledShare = 10;
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
     std::vector<int> node_;  // of each body; -1: fixed
@@ -90,6 +93,12 @@ private:
     std::vector<Mat3<S>> coneWeight_;  // of each block, as factored
     std::vector<S> weight_;            // of each row, as factored
     bool factored_ = false;
+    // Where the factor was made: while the bodies stay within stillMotion (m and quaternion) of there and the weights within
+    // sameWeight, it serves on; the line search and the residual judge its steps as any others.
+    static constexpr double stillMotion = 1e-5;
+    static constexpr double sameWeight = 1e-5;
+    std::vector<Pose<S>> factoredPoses_;
+    std::vector<std::array<int, 3>> factoredBlocks_;
     std::vector<S> u_, y_, trial_, along_;
     std::vector<Vec6<S>> step_;
 };
