@@ -17,7 +17,7 @@ struct Id {
 
     bool isNull() const { return index == UINT32_MAX; }
     friend bool operator==(const Id&, const Id&) = default;
-    friend auto operator<=>(const Id&, const Id&) = default;  // NOLINT(modernize-use-nullptr): false positive
+    friend auto operator<=>(const Id&, const Id&) = default;
 };
 
 // A table whose elements keep their index until they are removed; freed slots are reused with a higher generation.

@@ -2,9 +2,11 @@
 #include <cairn/base/parallel.hpp>
 
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <string>
 
 namespace cairn {
@@ -12,7 +14,9 @@ namespace {
 
 class TbbJobSystem final : public JobSystem {
 public:
-    explicit TbbJobSystem(int threads) : threads_(threads), arena_(threads) {}
+    // An arena wider than the machine gets no more workers, and oneTBB says so on standard error.
+    explicit TbbJobSystem(int threads)
+        : threads_(threads), arena_(std::min(threads, tbb::info::default_concurrency())) {}
 
     void parallelFor(std::size_t count, std::size_t grain,
                      const std::function<void(std::size_t, std::size_t)>& body) override {

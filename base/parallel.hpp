@@ -17,7 +17,8 @@ public:
     virtual int threadCount() const = 0;
 };
 
-// oneTBB with at most `threads` workers, the calling thread included; 1 runs everything in the calling thread.
+// oneTBB with at most `threads` workers, the calling thread included, and no more than the machine has cores; 1 runs
+// everything in the calling thread. Throws InputError unless threads is in [1, 1024].
 std::shared_ptr<JobSystem> makeTbbJobSystem(int threads);
 
 // Calls body(i) for each i in [0, count).

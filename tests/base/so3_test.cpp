@@ -134,7 +134,7 @@ TYPED_TEST(So3, leftJacobianIsTheDerivativeOfExp) {
         }
         worst = std::max(worst, difference(leftJacobian(theta), numeric));
     }
-    EXPECT_LT(worst, std::max(1e-10, 4 * this->epsilon));
+    EXPECT_LT(worst, std::max(4e-11, 3 * this->epsilon));
 }
 
 TYPED_TEST(So3, leftJacobianInverseIsItsInverse) {

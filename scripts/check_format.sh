@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Fails where a source is not as clang-format would have it.
+#   scripts/check_format.sh          checks
+#   scripts/check_format.sh --fix    mends
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+how=(--dry-run -Werror)
+if [[ "${1:-}" == --fix ]]; then
+    how=(-i)
+fi
+# demos/game/game.cpp is the example of README.md, line for line.
+find assets base bench collision demos engine render tests -name '*.[ch]pp' ! -path demos/game/game.cpp -print0 |
+    xargs -0 -r clang-format "${how[@]}"
