@@ -62,11 +62,15 @@ struct SolveReport {
     int factorisations = 0;
     int rows = 0;
     bool unconverged = false;
-    bool tooLong = false;       // the sub-step was refused: the island must be put back and advanced by shorter ones
+    // A refused sub-step has changed nothing but the bodies, which must be put back.
+    bool tooLong = false;       // refused: shorter sub-steps are needed
+    bool restart = false;       // refused: the whole step must begin anew (the solver has changed its mind about how)
+    bool newtonFailed = false;  // direct: the contact problem was not solved within the cap of rounds
     double residual = 0;        // m/s, worst row of the natural map, where computed
     double energyGained = 0;    // J
     double momentumDefect = 0;  // N s
 
+    bool refused() const { return tooLong || restart; }
     SolveReport& operator+=(const SolveReport& o);
 };
 
@@ -97,11 +101,18 @@ struct Island {
 
     Vec3<S> externalImpulse =
         Vec3<S>::Zero();  // N s, given to the dynamic bodies by forces, damping and impacts in this sub-step
-    // What is kept from step to step for speed alone, never part of the answer: the solver's orders and patterns.
-    std::any memory;
-    // How often the step was halved last time, because a sub-step was refused; whether this one may be.
-    int halvings = 0;
-    bool mayRefuse = false;
+    // What is kept from step to step of how the island was solved.
+    struct Memory {
+        std::any solver;     // orders and patterns: for speed alone, never part of the answer
+        int halvings = 0;    // of the sub-step, because one was refused
+        int backoff = 0;     // auto: steps that sweeps take over for when `direct` fails next
+        int sweepSteps = 0;  // auto: of those, still to come
+    };
+    Memory memory;
+    bool mayRefuse = false;          // whether this sub-step may be refused
+    bool sweeps = false;             // auto: this step belongs to sweeps
+    bool mayHalveOnFailure = false;  // auto: an unsolved contact problem is worth shorter sub-steps
+    int roundCap = 0;  // auto: the most Newton rounds that this island's bound pays for; 0: no cap but the solver's own
 
     // v <- v + h (force / M), damping and the gyroscopic rule (by need).
     void predict(S h);

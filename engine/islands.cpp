@@ -89,7 +89,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         }
     }
 
-    std::map<std::uint32_t, Memory> memory;
+    std::map<std::uint32_t, typename Island<S>::Memory> memory;
     memory.swap(memory_);
     awake_.clear();
     std::vector<int> islandOf(slots, -1);
@@ -104,8 +104,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
             Island<S>& island = awake_.emplace_back();
             members.emplace_back();
             if (const auto kept = memory.find(top); kept != memory.end()) {
-                island.memory = std::move(kept->second.solver);
-                island.halvings = kept->second.halvings;
+                island.memory = std::move(kept->second);
             }
         }
         islandOf[i] = islandOf[top];
@@ -228,7 +227,7 @@ void Islands<S>::updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double
                 }
             }
         } else {
-            memory_[lowest] = {std::move(island.memory), island.halvings};
+            memory_[lowest] = std::move(island.memory);
         }
     }
 }

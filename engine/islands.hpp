@@ -28,12 +28,8 @@ private:
 
     std::vector<std::uint32_t> parent_;
     std::vector<Island<S>> awake_;
-    struct Memory {
-        std::any solver;
-        int halvings = 0;
-    };
-    std::map<std::uint32_t, Memory> memory_;              // of the islands of the last step, by lowest body
-    std::map<std::uint32_t, std::vector<S>> lockLambda_;  // of axis locks, by body
+    std::map<std::uint32_t, typename Island<S>::Memory> memory_;  // of the islands of the last step, by lowest body
+    std::map<std::uint32_t, std::vector<S>> lockLambda_;          // of axis locks, by body
 };
 
 }  // namespace cairn

@@ -217,33 +217,46 @@ struct World<S>::Impl {
         }
     }
 
-    // A solver may refuse a sub-step that is too long for the motion; it is then halved, at most `mostHalvings` times.
-    // What was needed is remembered, and one halving fewer tried in the next step.
+    // A solver may refuse a sub-step. One too long for the motion is halved, at most `mostHalvings` times; what was
+    // needed is remembered, and one halving fewer tried in the next step.
     SolveReport advance(Island<S>& island, S dt) const {
         constexpr int mostHalvings = 5;
-        int halvings = std::max(0, island.halvings - 1);
+        const std::vector<SolverBody<S>> start = island.bodies;
+        std::vector<SolverBody<S>> before;
+        int& halvings = island.memory.halvings;
+        halvings = std::max(0, halvings - 1);
         int left = solver->substeps(island, dt) << halvings;
         S h = dt / static_cast<S>(left);
         SolveReport sum;
         while (left > 0) {
-            const std::vector<SolverBody<S>> before = island.bodies;
+            before = island.bodies;
             island.mayRefuse = halvings < mostHalvings;
             const Ledger<S> ledger(island);
             SolveReport one = solver->advance(island, h);
-            if (one.tooLong) {
-                island.bodies = before;
-                sum.newtonRounds += one.newtonRounds;
-                sum.factorisations += one.factorisations;
-                ++halvings;
-                left *= 2;
-                h *= S(0.5);
+            if (one.refused()) {
+                const bool anew = one.restart;
+                SolveReport cost;
+                cost.newtonRounds = sum.newtonRounds * (anew ? 1 : 0) + one.newtonRounds;
+                cost.factorisations = sum.factorisations * (anew ? 1 : 0) + one.factorisations;
+                if (anew) {
+                    island.bodies = start;
+                    sum = cost;
+                    halvings = 0;
+                    left = solver->substeps(island, dt);
+                    h = dt / static_cast<S>(left);
+                } else {
+                    island.bodies = before;
+                    sum += cost;
+                    ++halvings;
+                    left *= 2;
+                    h *= S(0.5);
+                }
                 continue;
             }
             ledger.close(island, h, one);
             sum += one;
             --left;
         }
-        island.halvings = halvings;
         return sum;
     }
 

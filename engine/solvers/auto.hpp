@@ -11,11 +11,9 @@ class Auto final : public Solver<S> {
 public:
     explicit Auto(const SolverSettings& settings);
     SolveReport advance(Island<S>& island, S h) override;
-    int substeps(const Island<S>& island, S dt) const override;
+    int substeps(Island<S>& island, S dt) const override;
 
 private:
-    bool takesDirect(const Island<S>& island) const;
-
     SolverSettings settings_;
     std::unique_ptr<Direct<S>> direct_;
     std::unique_ptr<GaussSeidel<S>> gaussSeidel_;

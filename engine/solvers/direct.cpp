@@ -23,14 +23,14 @@ constexpr double touchBand = 1e-6;
 template <class S>
 ContactNewton<S>& newtonOf(Island<S>& island) {
     using Memory = std::shared_ptr<ContactNewton<S>>;
-    if (std::any_cast<Memory>(&island.memory) == nullptr) {
-        island.memory = std::make_shared<ContactNewton<S>>();
+    if (std::any_cast<Memory>(&island.memory.solver) == nullptr) {
+        island.memory.solver = std::make_shared<ContactNewton<S>>();
     }
-    return **std::any_cast<Memory>(&island.memory);
+    return **std::any_cast<Memory>(&island.memory.solver);
 }
 
-// The base tolerance holds for what rests. What moves at a speed v is solved to a share of v: a ten-thousandth of it is far below what
-// the step length itself gets wrong.
+// The base tolerance holds for what rests. What moves at a speed v is solved to a share of v: a ten-thousandth of it is
+// far below what the step length itself gets wrong.
 template <class S>
 NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings) {
     constexpr double movingShare = 1e-4;
@@ -49,6 +49,9 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
     options.tolerance = std::max(options.tolerance, movingShare * speed);
     options.liftTolerance = std::max(1e-3, liftShare * speed);
     options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 60;
+    if (island.roundCap > 0) {
+        options.maxRounds = std::min(options.maxRounds, island.roundCap);
+    }
     return options;
 }
 
@@ -98,12 +101,12 @@ void takeReport(const NewtonReport& newton, SolveReport& report) {
 }  // namespace
 
 template <class S>
-int Direct<S>::substeps(const Island<S>&, S) const {
+int Direct<S>::substeps(Island<S>&, S) const {
     return settings_.def.substeps > 0 ? settings_.def.substeps : 1;
 }
 
 template <class S>
-double Direct<S>::predictWork(Island<S>& island) const {
+typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
     island.linearize();
     ContactNewton<S>& newton = newtonOf(island);
     newton.prepare(island);
@@ -112,7 +115,7 @@ double Direct<S>::predictWork(Island<S>& island) const {
         fastest = std::max(fastest, body.v.template head<3>().norm());
     }
     const bool churns = !island.patches.empty() && fastest > static_cast<S>(movingSpeed);
-    return newton.work() * (churns ? 30 : 3);
+    return {newton.work(), newton.work() * (churns ? 30 : 3)};
 }
 
 template <class S>
@@ -130,9 +133,10 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     const NewtonOptions options = optionsFor(island, settings_);
     NewtonReport solved = newton.solve(island, options);
     takeReport<S>(solved, report);
-    const bool held = solved.converged && correctJoints(island, newton, options, h, report);
-    report.unconverged = !held;
-    if (!held && island.mayRefuse && island.jointBlocks > 0) {
+    const bool closed = solved.converged && correctJoints(island, newton, options, h, report);
+    report.unconverged = !closed;
+    report.newtonFailed = !solved.converged;
+    if (!closed && island.mayRefuse) {
         report.tooLong = true;
         return report;
     }

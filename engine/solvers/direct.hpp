@@ -16,11 +16,14 @@ class Direct final : public Solver<S> {
 public:
     explicit Direct(const SolverSettings& settings) : settings_(settings) {}
     SolveReport advance(Island<S>& island, S h) override;
-    int substeps(const Island<S>& island, S dt) const override;
+    int substeps(Island<S>& island, S dt) const override;
 
-    // Block multiply-adds that a sub-step of the island is expected to cost: those of one factor, times the rounds that Newton takes
-    // (3 at rest or with joints alone; 30 where contacts open and shut: facts and docs/engine.md). Collects the rows.
-    double predictWork(Island<S>& island) const;
+    struct Cost {
+        double factor = 0;  // block multiply-adds of one factor of the island
+        double step = 0;  // of a sub-step: times 3 rounds at rest or with joints alone, 30 where contacts open and shut
+    };
+    // What a sub-step of the island is expected to cost. Collects the rows.
+    Cost predictCost(Island<S>& island) const;
 
 private:
     bool correctJoints(Island<S>& island, ContactNewton<S>& newton, const NewtonOptions& options, S h,

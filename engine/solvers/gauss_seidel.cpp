@@ -4,7 +4,7 @@
 namespace cairn {
 
 template <class S>
-int GaussSeidel<S>::substeps(const Island<S>&, S) const {
+int GaussSeidel<S>::substeps(Island<S>&, S) const {
     return settings_.def.substeps > 0 ? settings_.def.substeps : 8;
 }
 

@@ -16,7 +16,7 @@ class GaussSeidel final : public Solver<S> {
 public:
     explicit GaussSeidel(const SolverSettings& settings) : settings_(settings) {}
     SolveReport advance(Island<S>& island, S h) override;
-    int substeps(const Island<S>& island, S dt) const override;
+    int substeps(Island<S>& island, S dt) const override;
 
 private:
     SolverSettings settings_;

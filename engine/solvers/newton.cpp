@@ -533,7 +533,8 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
                 before = std::numeric_limits<double>::infinity();
             } else {
                 // A slow mode (a heavy load on a light body) asks for a stiffer grip.
-                // Rows that contradict each other (a body wedged between walls) stall too, near tolerance: that is their answer.
+                // Rows that contradict each other (a body wedged between walls) stall too, near tolerance: that is
+                // their answer.
                 if (report.residual > slowDecrease * before) {
                     if (report.residual <= stalledShare * options.tolerance ||
                         reg <= static_cast<S>(options.leastRegularisation)) {

@@ -93,8 +93,8 @@ private:
     std::vector<Mat3<S>> coneWeight_;  // of each block, as factored
     std::vector<S> weight_;            // of each row, as factored
     bool factored_ = false;
-    // Where the factor was made: while the bodies stay within stillMotion (m and quaternion) of there and the weights within
-    // sameWeight, it serves on; the line search and the residual judge its steps as any others.
+    // Where the factor was made: while the bodies stay within stillMotion (m and quaternion) of there and the weights
+    // within sameWeight, it serves on; the line search and the residual judge its steps as any others.
     static constexpr double stillMotion = 1e-5;
     static constexpr double sameWeight = 1e-5;
     std::vector<Pose<S>> factoredPoses_;

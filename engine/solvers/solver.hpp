@@ -14,7 +14,7 @@ public:
     virtual ~Solver() = default;
     virtual SolveReport advance(Island<S>& island, S h) = 0;
     // Sub-steps that this island should be given in a step of dt; the user's number where there is one.
-    virtual int substeps(const Island<S>& island, S dt) const = 0;
+    virtual int substeps(Island<S>& island, S dt) const = 0;
 };
 
 struct SolverInfo {
