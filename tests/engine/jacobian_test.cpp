@@ -1,0 +1,299 @@
+// Every constraint's rows against central differences of its C, and against the conservation of momentum.
+#include "engine_kit.hpp"
+
+#include <cairn/engine/constraints/axis_lock.hpp>
+#include <cairn/engine/constraints/contact.hpp>
+#include <cairn/engine/joint.hpp>
+
+namespace cairn {
+namespace {
+
+template <class S>
+class Jacobians : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(Jacobians, Scalars);
+
+// Of a J whose entries are about 1 (arms of a metre).
+template <class S>
+double tolerance() {
+    return std::is_same_v<S, float> ? 1e-5 : 2e-8;
+}
+
+Posed moved(const Posed& pose, const Vec3d& translation, const Vec3d& turn) {
+    return {pose.position + translation, rotated<double>(pose.rotation, turn)};
+}
+
+// Central differences of C(a, b) with respect to translation k (0..2) or rotation k - 3 of one of the two poses.
+template <class Errors>
+std::vector<double> difference(const Errors& errors, const Posed& a, const Posed& b, bool ofB, int k) {
+    const double step = 1e-6;
+    const auto at = [&](double h) {
+        const Vec3d translation = k < 3 ? Vec3d(h * Vec3d::Unit(k)) : Vec3d(Vec3d::Zero());
+        const Vec3d turn = k < 3 ? Vec3d(Vec3d::Zero()) : Vec3d(h * Vec3d::Unit(k - 3));
+        return ofB ? errors(a, moved(b, translation, turn)) : errors(moved(a, translation, turn), b);
+    };
+    const std::vector<double> ahead = at(step);
+    const std::vector<double> behind = at(-step);
+    std::vector<double> slope(ahead.size());
+    for (std::size_t i = 0; i < slope.size(); ++i) {
+        slope[i] = (ahead[i] - behind[i]) / (2 * step);
+    }
+    return slope;
+}
+
+// `linearize(poseA, poseB, rows)` is called with poses in S, and with poses in double for the differences.
+template <class S, class Linearize>
+void compareWithDifferences(const Linearize& linearize, const Posed& poseA, const Posed& poseB, double scale) {
+    const Pose<S> a = poseA.cast<S>();
+    const Pose<S> b = poseB.cast<S>();
+    std::vector<Row<S>> rows;
+    linearize(a, b, rows);
+    const auto errors = [&](const Posed& x, const Posed& y) {
+        std::vector<Row<double>> at;
+        linearize(x, y, at);
+        std::vector<double> C;
+        for (const Row<double>& row : at) {
+            C.push_back(row.C);
+        }
+        return C;
+    };
+    const std::vector<double> C = errors(a.template cast<double>(), b.template cast<double>());
+    ASSERT_EQ(C.size(), rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        EXPECT_NEAR(static_cast<double>(rows[i].C), C[i], scale * tolerance<S>()) << "C of row " << i;
+    }
+    for (int k = 0; k < 6; ++k) {
+        const auto slopeA = difference(errors, a.template cast<double>(), b.template cast<double>(), false, k);
+        const auto slopeB = difference(errors, a.template cast<double>(), b.template cast<double>(), true, k);
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            if (!rows[i].isVelocity) {
+                EXPECT_NEAR(static_cast<double>(rows[i].a(k)), slopeA[i], scale * tolerance<S>())
+                    << "a, row " << i << ", component " << k;
+                EXPECT_NEAR(static_cast<double>(rows[i].b(k)), slopeB[i], scale * tolerance<S>())
+                    << "b, row " << i << ", component " << k;
+            }
+        }
+    }
+}
+
+// What the row gives to a it takes from b: no net force, and no net torque about any point.
+template <class S>
+void expectInternal(const std::vector<Row<S>>& rows, const Posed& a, const Posed& b, double scale) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const Vec6<double> onA = rows[i].a.template cast<double>();
+        const Vec6<double> onB = rows[i].b.template cast<double>();
+        EXPECT_LE((onA + onB).head<3>().norm(), tolerance<S>()) << "force of row " << i;
+        const Vec3d torque = onA.tail<3>() + onB.tail<3>() + a.position.cross(Vec3d(onA.head<3>())) +
+                             b.position.cross(Vec3d(onB.head<3>()));
+        EXPECT_LE(torque.norm(), scale * tolerance<S>()) << "torque of row " << i;
+    }
+}
+
+// A joint definition with everything on that the type offers: limits, motors.
+template <class Def>
+Def fullDef(TestRandom& random, const Vec3d& middle) {
+    Def def;
+    if constexpr (requires { def.anchor; }) {
+        def.anchor = middle + random.vector(0.5);
+    }
+    if constexpr (requires { def.anchorA; }) {
+        def.anchorA = middle + random.vector(0.5);
+        def.anchorB = def.anchorA + random.direction();
+    }
+    if constexpr (requires { def.axis; }) {
+        def.axis = random.direction();
+    }
+    if constexpr (requires { def.lower; }) {
+        if (random.uniform(0, 1) < 0.7) {
+            def.lower = random.uniform(0.1, 0.3);
+            def.upper = random.uniform(0.4, 1);
+        }
+    }
+    if constexpr (requires { def.motorTorque; }) {
+        def.motorTorque = 1;
+    }
+    if constexpr (requires { def.motorForce; }) {
+        def.motorForce = 1;
+    }
+    return def;
+}
+
+template <class S>
+BodyId addLooseBody(BodyTable<S>& bodies, const Posed& pose) {
+    Body<S> body;
+    body.pose = pose.cast<S>();
+    body.mass = 1;
+    body.inertia.setIdentity();
+    return bodies.add(body);
+}
+
+template <class S, class Def>
+void checkJoint(double away) {
+    SCOPED_TRACE(std::string(Def::typeName) + ", away by " + std::to_string(away));
+    TestRandom random(17);
+    for (int trial = 0; trial < 40; ++trial) {
+        BodyTable<S> bodies;
+        const Posed a{random.vector(2), random.rotation()};
+        const Posed b{a.position + random.vector(1), random.rotation()};
+        Def def = fullDef<Def>(random, 0.5 * (a.position + b.position));
+        def.a = addLooseBody(bodies, a);
+        def.b = addLooseBody(bodies, b);
+        const Joint<S> joint = makeJoint(JointDef(def), bodies);
+        Joint<double> exact;
+        exact.def = joint.def;
+        exact.frames = {joint.frames.a.template cast<double>(), joint.frames.b.template cast<double>(),
+                        static_cast<double>(joint.frames.length)};
+        const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
+            RowBlock<T> block;
+            if constexpr (std::is_same_v<T, S>) {
+                joint.linearize(x, y, rows, block);
+            } else {
+                exact.linearize(x, y, rows, block);
+            }
+            EXPECT_EQ(static_cast<std::size_t>(block.count), rows.size());
+        };
+        // The relative rotation stays under 2 rad, far from the cut of the logarithm at pi.
+        const Posed bMoved = moved(b, away * random.vector(1), away * 2 * random.uniform(0.2, 1) * random.direction());
+        compareWithDifferences<S>(linearize, a, bMoved, 10);
+        std::vector<Row<S>> rows;
+        linearize(a.cast<S>(), bMoved.cast<S>(), rows);
+        expectInternal(rows, a, bMoved, 10);
+    }
+}
+
+template <class S, std::size_t... I>
+void checkAllJoints(double away, std::index_sequence<I...>) {
+    (checkJoint<S, std::variant_alternative_t<I, JointDef>>(away), ...);
+}
+
+using AllJoints = std::make_index_sequence<std::variant_size_v<JointDef>>;
+
+TYPED_TEST(Jacobians, OfJointsNearConsistency) {
+    checkAllJoints<TypeParam>(0.02, AllJoints());
+}
+
+TYPED_TEST(Jacobians, OfJointsFarFromConsistency) {
+    checkAllJoints<TypeParam>(1, AllJoints());
+}
+
+// A fresh joint is obeyed: every hard two-sided row starts at 0.
+template <class S, class Def>
+void checkFresh() {
+    SCOPED_TRACE(Def::typeName);
+    TestRandom random(5);
+    BodyTable<S> bodies;
+    const Posed a{random.vector(2), random.rotation()};
+    const Posed b{random.vector(2), random.rotation()};
+    Def def;
+    if constexpr (requires { def.anchorB; }) {
+        def.anchorB = Vec3d(1, 0, 0);
+    }
+    def.a = addLooseBody(bodies, a);
+    def.b = addLooseBody(bodies, b);
+    const Joint<S> joint = makeJoint(JointDef(def), bodies);
+    std::vector<Row<S>> rows;
+    RowBlock<S> block;
+    joint.linearize(a.cast<S>(), b.cast<S>(), rows, block);
+    ASSERT_FALSE(rows.empty());
+    for (const Row<S>& row : rows) {
+        EXPECT_LE(static_cast<double>(row.violation()), 10 * tolerance<S>());
+    }
+}
+
+template <class S, std::size_t... I>
+void checkAllFresh(std::index_sequence<I...>) {
+    (checkFresh<S, std::variant_alternative_t<I, JointDef>>(), ...);
+}
+
+TYPED_TEST(Jacobians, FreshJointsAreObeyed) {
+    checkAllFresh<TypeParam>(AllJoints());
+}
+
+// The motor drives the rate of what the limits bound.
+TYPED_TEST(Jacobians, MotorsTurnWhatTheLimitsBound) {
+    using S = TypeParam;
+    TestRandom random(3);
+    BodyTable<S> bodies;
+    const Posed a{random.vector(1), random.rotation()};
+    const Posed b{random.vector(1), random.rotation()};
+    const BodyId idA = addLooseBody(bodies, a);
+    const BodyId idB = addLooseBody(bodies, b);
+    const Vec3d axis = random.direction();
+    const Vec3d anchor = random.vector(1);
+    HingeDef hinge{.a = idA, .b = idB, .anchor = anchor, .axis = axis, .lower = -1, .upper = 1, .motorTorque = 1};
+    SliderDef slider{.a = idA, .b = idB, .anchor = anchor, .axis = axis, .lower = -1, .upper = 1, .motorForce = 1};
+    for (const JointDef& def : {JointDef(hinge), JointDef(slider)}) {
+        const Joint<S> joint = makeJoint(def, bodies);
+        // Along the freedom that is left the joint stays consistent.
+        const bool turns = std::holds_alternative<HingeDef>(def);
+        const Posed arm{b.position - anchor, b.rotation};
+        const Posed turn{anchor, expQuat<double>(0.4 * axis)};
+        const Posed bMoved = turns ? turn * arm : moved(b, 0.4 * axis, Vec3d::Zero());
+        std::vector<Row<S>> rows;
+        RowBlock<S> block;
+        joint.linearize(a.cast<S>(), bMoved.cast<S>(), rows, block);
+        const std::size_t n = rows.size();
+        ASSERT_GE(n, 3U);
+        const Row<S>& motor = rows[n - 1];
+        const Row<S>& lower = rows[n - 3];
+        ASSERT_TRUE(motor.isVelocity);
+        EXPECT_LE(static_cast<double>((motor.a - lower.a).norm() + (motor.b - lower.b).norm()), 10 * tolerance<S>());
+        EXPECT_NEAR(static_cast<double>(lower.C), 1.4, 1e-5);
+    }
+}
+
+TYPED_TEST(Jacobians, OfContacts) {
+    using S = TypeParam;
+    TestRandom random(29);
+    for (int trial = 0; trial < 40; ++trial) {
+        const Posed a{random.vector(2), random.rotation()};
+        const Posed b{random.vector(2), random.rotation()};
+        const ContactGeometry<S> contact{random.vector(1).cast<S>(), random.vector(1).cast<S>(),
+                                         random.direction().cast<S>().normalized()};
+        const ContactGeometry<double> exact{contact.onA.template cast<double>(), contact.onB.template cast<double>(),
+                                            contact.normal.template cast<double>()};
+        const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
+            RowBlock<T> block;
+            RowWriter<T> writer(rows, block);
+            if constexpr (std::is_same_v<T, S>) {
+                linearizeContact(contact, x, y, true, writer);
+            } else {
+                linearizeContact(exact, x, y, true, writer);
+            }
+        };
+        compareWithDifferences<S>(linearize, a, b, 20);
+        std::vector<Row<S>> rows;
+        linearize(a.cast<S>(), b.cast<S>(), rows);
+        ASSERT_EQ(rows.size(), 3U);
+        expectInternal(rows, a, b, 20);
+        Mat3<S> basis;
+        for (int k = 0; k < 3; ++k) {
+            basis.col(k) = rows[static_cast<std::size_t>(k)].b.template head<3>();
+        }
+        EXPECT_LE(static_cast<double>((basis.transpose() * basis - Mat3<S>::Identity()).norm()), 10 * tolerance<S>());
+    }
+}
+
+TYPED_TEST(Jacobians, OfAxisLocks) {
+    using S = TypeParam;
+    TestRandom random(31);
+    for (int trial = 0; trial < 40; ++trial) {
+        const Posed home{random.vector(2), random.rotation()};
+        const Posed body = moved(home, random.vector(1), random.uniform(0.05, 2) * random.direction());
+        const std::array<bool, 3> all = {true, true, true};
+        const Pose<S> homeS = home.cast<S>();
+        const auto linearize = [&]<class T>(const Pose<T>&, const Pose<T>& y, std::vector<Row<T>>& rows) {
+            RowBlock<T> block;
+            RowWriter<T> writer(rows, block);
+            linearizeAxisLock<T>(all, all, homeS.template cast<T>(), y, writer);
+            // The world takes part in these rows; it has no pose to differentiate by.
+            for (Row<T>& row : rows) {
+                row.a.setZero();
+            }
+        };
+        compareWithDifferences<S>(linearize, Posed(), body, 10);
+    }
+}
+
+}  // namespace
+}  // namespace cairn

@@ -1,0 +1,197 @@
+// Stacks stand: displacement and penetration of the default solver in double; and what falls gains no energy.
+#include "engine_kit.hpp"
+
+#include <map>
+
+namespace cairn {
+namespace {
+
+struct StackRun {
+    double displacement = 0;  // m, largest of any body over the run
+    double penetration = 0;   // m, deepest over the run
+    int unconverged = 0;      // steps with an island above tolerance
+    double energyGained = 0;  // J, reported, summed
+};
+
+template <class S>
+StackRun watch(World<S>& world, double seconds) {
+    std::map<BodyId, Vec3d> home;
+    for (const BodyId id : world.bodies()) {
+        home[id] = position(world, id);
+    }
+    StackRun result;
+    const int steps = static_cast<int>(std::lround(seconds * 60));
+    for (int i = 0; i < steps; ++i) {
+        const StepReport& report = world.step(S(1) / S(60));
+        EXPECT_EQ(report.flags & FlagNonFinite, 0U);
+        result.penetration = std::max(result.penetration, report.error.maxPenetration);
+        result.unconverged += report.flags & FlagUnconverged ? 1 : 0;
+        result.energyGained += report.error.energyGained;
+        for (const auto& [id, start] : home) {
+            result.displacement = std::max(result.displacement, (position(world, id) - start).norm());
+        }
+    }
+    return result;
+}
+
+template <class S>
+World<S> tower(int n, double ratio, const SolverDef& solver = {}) {
+    World<S> world({.solver = solver, .sleep = {.enabled = false}});
+    addFloor(world);
+    for (int i = 0; i < n; ++i) {
+        addBox(world, Vec3d(0, 0.5 + i, 0), i % 2 == 0 ? 1 : ratio);
+    }
+    return world;
+}
+
+template <class S>
+World<S> pyramid(int rows) {
+    World<S> world({.sleep = {.enabled = false}});
+    addFloor(world);
+    for (int row = 0; row < rows; ++row) {
+        for (int i = 0; i < rows - row; ++i) {
+            addBox(world, Vec3d(1.1 * (i - 0.5 * (rows - row - 1)), row + 0.5, 0));
+        }
+    }
+    return world;
+}
+
+TEST(Stacks, Tower10Stands) {
+    Worldd world = tower<double>(10, 1);
+    const StackRun r = watch(world, 5);
+    expectBelow("tower 10, displacement, m", r.displacement, 1e-5);
+    expectBelow("tower 10, penetration, m", r.penetration, 1e-5);
+    EXPECT_EQ(r.unconverged, 0);
+}
+
+TEST(Stacks, Tower30Stands) {
+    Worldd world = tower<double>(30, 1);
+    const StackRun r = watch(world, 5);
+    expectBelow("tower 30, displacement, m", r.displacement, 1e-5);
+    expectBelow("tower 30, penetration, m", r.penetration, 1e-5);
+    EXPECT_EQ(r.unconverged, 0);
+}
+
+TEST(Stacks, TowerOfAlternatingMassesStands) {
+    Worldd world = tower<double>(25, 20);
+    const StackRun r = watch(world, 5);
+    expectBelow("tower 25 of 1:20, displacement, m", r.displacement, 1e-5);
+    EXPECT_EQ(r.unconverged, 0);
+}
+
+TEST(Stacks, HeavyOnLight) {
+    for (const double ratio : {1e2, 1e4, 1e6}) {
+        Worldd world = tower<double>(2, ratio);
+        const StackRun r = watch(world, 3);
+        expectBelow("heavy " + std::to_string(ratio) + ", penetration, m", r.penetration, 1e-4);
+        expectBelow("heavy " + std::to_string(ratio) + ", displacement, m", r.displacement, 1e-4);
+    }
+}
+
+TEST(Stacks, PyramidStands) {
+    Worldd world = pyramid<double>(12);
+    const StackRun r = watch(world, 3);
+    expectBelow("pyramid 12, displacement, m", r.displacement, 1e-5);
+    expectBelow("pyramid 12, penetration, m", r.penetration, 1e-5);
+    EXPECT_EQ(r.unconverged, 0);
+}
+
+TEST(Stacks, FloatStandsToo) {
+    Worldf ten = tower<float>(10, 1);
+    expectBelow("tower 10, float, displacement, m", watch(ten, 3).displacement, 1e-3);
+    Worldf heavy = tower<float>(2, 1e4);
+    expectBelow("heavy 1e4, float, displacement, m", watch(heavy, 3).displacement, 1e-3);
+}
+
+// N_k = (n - k + 1) m g, summed over each manifold: its four corners share the load in no unique way.
+TEST(Stacks, ForcesOfAStack) {
+    forEachSolver([](const SolverDef& solver) {
+        Worldd world = tower<double>(5, 1, solver);
+        run(world, 2);
+        std::map<std::uint32_t, double> below;  // by the upper body
+        for (const ContactView& contact : world.contacts()) {
+            below[std::max(contact.a.index, contact.b.index)] += contact.normalForce;
+        }
+        ASSERT_EQ(below.size(), 5U);
+        for (const auto& [body, force] : below) {
+            expectClose(solver.name + ", force below box " + std::to_string(body), force, (6 - body) * standardGravity,
+                        solver.name == "gauss_seidel" ? 0.5 : 1e-3);
+        }
+    });
+}
+
+// Nothing but the fall and the ball brings energy in.
+TEST(Stacks, StruckTowerGainsNoEnergy) {
+    Worldd world({.sleep = {.enabled = false}});
+    addFloor(world);
+    for (int i = 0; i < 10; ++i) {
+        addBox(world, Vec3d(0, 0.5 + i, 0));
+    }
+    world.add(
+        {.shapes = {sphere(0.4)}, .position = Vec3d(-6, 6.67, 0.1), .linearVelocity = Vec3d(12, 0, 0), .mass = 3});
+    const double start = motionOf(world).energy();
+    double most = start;
+    int unconverged = 0;
+    double gained = 0;
+    for (int i = 0; i < 240; ++i) {
+        const StepReport& report = world.step(1.0 / 60);
+        unconverged += report.flags & FlagUnconverged ? 1 : 0;
+        gained += report.error.energyGained;
+        most = std::max(most, motionOf(world).energy());
+    }
+    expectBelow("struck tower, energy above the start, J", most - start, 5);
+    expectBelow("struck tower, energy gained as reported, J", gained, 5);
+    expectBelow("struck tower, unconverged steps", unconverged, 60);
+    EXPECT_LT(motionOf(world).energy(), start - 50);
+}
+
+TEST(Stacks, DominoesFallAndGainNoEnergy) {
+    Worldd world({.sleep = {.enabled = false}});
+    addFloor(world);
+    std::vector<BodyId> stones;
+    const Vec3d half(0.075, 0.48, 0.24);
+    for (int i = 0; i < 15; ++i) {
+        const double lean = i == 0 ? -0.2 : 0;
+        const Quatd turn = expQuat<double>(Vec3d(0, 0, lean));
+        const Vec3d edge(half.x(), -half.y(), 0);
+        stones.push_back(world.add({.shapes = {withMaterial(box(half), 0.4)},
+                                    .position = Vec3d(0.5 * i, half.y(), 0) + edge - turn * edge,
+                                    .rotation = turn,
+                                    .mass = 5}));
+    }
+    const double start = motionOf(world).energy();
+    double most = start;
+    int unconverged = 0;
+    for (int i = 0; i < 240; ++i) {
+        unconverged += world.step(1.0 / 60).flags & FlagUnconverged ? 1 : 0;
+        most = std::max(most, motionOf(world).energy());
+    }
+    expectBelow("dominoes, energy above the start, J", most - start, 1);
+    expectBelow("dominoes, unconverged steps", unconverged, 60);
+    for (const BodyId stone : stones) {
+        const Vec3d up = world.pose(stone).rotation * Vec3d::UnitY();
+        EXPECT_LT(up.y(), 0.6) << "stone " << stone.index << " fell";
+        EXPECT_GT(up.x(), 0) << "forwards";
+    }
+}
+
+// Bodies born overlapping are parted without being shot apart.
+TEST(Stacks, OverlapIsWorkedOffGently) {
+    forEachSolver([](const SolverDef& solver) {
+        Worldd world({.gravity = Vec3d::Zero(), .solver = solver, .sleep = {.enabled = false}});
+        const BodyId a = addBox(world, Vec3d::Zero());
+        const BodyId b = addBox(world, Vec3d(0.7, 0, 0));
+        double fastest = 0;
+        for (int i = 0; i < 120; ++i) {
+            world.step(1.0 / 60);
+            fastest = std::max(fastest, velocity(world, a).norm());
+        }
+        const double gap = (position(world, b) - position(world, a)).norm() - 1;
+        expectClose(solver.name + ", gap after 2 s, m", gap, 0, 0.02);
+        expectBelow(solver.name + ", speed left at the end, m/s", velocity(world, a).norm(), 0.02);
+        expectBelow(solver.name + ", fastest, m/s", fastest, 3);
+    });
+}
+
+}  // namespace
+}  // namespace cairn
