@@ -22,6 +22,21 @@ double staticFriction(const Material& m) {
     return std::max(m.friction, m.staticFriction);
 }
 
+// Whether a shape rolls over its contact: its surface is round where the normal (body frame) meets it.
+bool isRound(const Shape& shape, const Vec3d& normal) {
+    switch (shape.kind) {
+        case ShapeKind::Sphere:
+        case ShapeKind::Capsule:
+        case ShapeKind::Ellipsoid:
+            return true;
+        case ShapeKind::Cylinder:
+        case ShapeKind::Cone:
+            return std::abs(normal.dot(shape.pose.rotation * Vec3d::UnitY())) < 0.9;
+        default:
+            return false;
+    }
+}
+
 template <class S>
 ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body<S>& b, const ContactPatch<S>* before) {
     ContactPatch<S> patch;
@@ -33,14 +48,18 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
     patch.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
     const std::array<int, 4> match =
         before != nullptr ? matchPoints(before->manifold, manifold) : std::array<int, 4>{-1, -1, -1, -1};
+    const Vec3d normalInB = relativePose(b.framePoseDouble(), a.framePoseDouble()).rotation * manifold.normal;
     for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.count); ++k) {
         const ContactPoint& point = manifold.points[k];
         ContactPointState<S>& state = patch.points[k];
         if (match[k] >= 0) {
             state = before->points[static_cast<std::size_t>(match[k])];
         }
-        state.geometry = {point.onA.cast<S>() - a.localCentre, point.onB.cast<S>() - b.localCentre,
-                          manifold.normal.cast<S>()};
+        state.geometry.onA = point.onA.cast<S>() - a.localCentre;
+        state.geometry.onB = point.onB.cast<S>() - b.localCentre;
+        state.geometry.normal = manifold.normal.cast<S>();
+        state.geometry.roundA = isRound(a.def.shapes[manifold.shapeA], manifold.normal);
+        state.geometry.roundB = isRound(b.def.shapes[manifold.shapeB], normalInB);
         state.separation = static_cast<S>(point.separation);
     }
     return patch;

@@ -146,9 +146,7 @@ void Island<S>::contactErrors(std::vector<S>& C) const {
         const Pose<S>& a = poseOf(*this, link.a);
         const Pose<S>& b = poseOf(*this, link.b);
         for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
-            const ContactGeometry<S>& g = link.patch->points[k].geometry;
-            const Vec3<S> gap = (b.position - a.position) + b.rotation * g.onB - a.rotation * g.onA;
-            C.push_back((a.rotation * g.normal).dot(gap));
+            C.push_back(link.patch->points[k].geometry.separation(a, b));
         }
     }
 }

@@ -179,6 +179,9 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
             const int a = localOf(island, pair.pair.a);
             const int b = localOf(island, pair.pair.b);
             for (ContactPatch<S>& patch : pair.patches) {
+                for (ContactPointState<S>& point : patch.points) {
+                    point.geometry.startStep(bodies[pair.pair.a].pose, bodies[pair.pair.b].pose);
+                }
                 awake_[island].patches.push_back({&patch, a, b});
             }
         }

@@ -42,6 +42,12 @@ void requireLimits(const std::string& type, const char* lowerName, double lower,
     }
 }
 
+void requireFinite(const std::string& field, double value) {
+    if (!std::isfinite(value)) {
+        throw InputError(field, text(value), "give a finite number");
+    }
+}
+
 void requireNotNegative(const std::string& field, double value) {
     if (!(value >= 0) || !std::isfinite(value)) {
         throw InputError(field, text(value), "give a finite number >= 0");
@@ -66,6 +72,7 @@ WorldFrames worldFrames(const WeldDef& d) {
 WorldFrames worldFrames(const HingeDef& d) {
     const Posed f = jointFrame("hinge", d.anchor, d.axis);
     requireLimits("hinge", "lower", d.lower, d.upper, true);
+    requireFinite("hinge.motorSpeed", d.motorSpeed);
     requireNotNegative("hinge.motorTorque", d.motorTorque);
     return {f, f};
 }
@@ -73,6 +80,7 @@ WorldFrames worldFrames(const HingeDef& d) {
 WorldFrames worldFrames(const SliderDef& d) {
     const Posed f = jointFrame("slider", d.anchor, d.axis);
     requireLimits("slider", "lower", d.lower, d.upper, false);
+    requireFinite("slider.motorSpeed", d.motorSpeed);
     requireNotNegative("slider.motorForce", d.motorForce);
     return {f, f};
 }

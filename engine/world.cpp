@@ -44,6 +44,10 @@ void validate(const BodyDef& def) {
     for (const Shape& shape : def.shapes) {
         const Material& m = shape.material;
         requireNotNegative(def, "shapes.friction", m.friction);
+        if (!std::isfinite(m.staticFriction) || (m.staticFriction >= 0 && m.staticFriction < m.friction)) {
+            throw InputError(label(def) + ".shapes.staticFriction", std::to_string(m.staticFriction),
+                             "give a number that is not below friction, or a negative one for the same as friction");
+        }
         requireNotNegative(def, "shapes.restitution", m.restitution);
         if (m.restitution > 1) {
             throw InputError(label(def) + ".shapes.restitution", std::to_string(m.restitution),
@@ -281,6 +285,21 @@ struct World<S>::Impl {
         }
     }
 
+    void forgetForces(std::uint32_t body) {
+        for (PairContacts<S>& pair : contacts.pairs()) {
+            if (pair.pair.a == body || pair.pair.b == body) {
+                pair.made = false;
+                pair.patches.clear();
+            }
+        }
+        for (std::size_t j = 0; j < joints.slotCount(); ++j) {
+            if (joints.used(j) && (joints[j].a.index == body || joints[j].b.index == body)) {
+                joints[j].lambda.clear();
+            }
+        }
+        islands.forget(body);
+    }
+
     // A body whose numbers went non-finite goes back to where it was before the step, at rest, and is named in the
     // report.
     void restoreNonFinite(const Island<S>& island, const std::vector<Pose<S>>& before) {
@@ -293,6 +312,7 @@ struct World<S>::Impl {
                 b.pose = before[s.index];
                 b.v.setZero();
                 b.w.setZero();
+                forgetForces(s.index);
                 report.nonFinite.push_back(bodies.idAt(s.index));
             }
         }
@@ -464,6 +484,11 @@ BodyId World<S>::add(const BodyDef& def) {
     weigh(body);
     body.pose = {(body.def.position + body.def.rotation * body.localCentre.template cast<double>()).template cast<S>(),
                  body.def.rotation.template cast<S>().normalized()};
+    if (!body.pose.isFinite() ||
+        (body.isDynamic() && !(body.mass > S(0) && std::isfinite(body.mass) && body.inertia.determinant() > S(0)))) {
+        throw InputError(label(def), "a position, mass or inertia beyond the range of this world's numbers",
+                         "use World<double>, or metres and kilograms");
+    }
     body.home = body.pose;
     if (def.type != BodyType::Static) {
         body.v = def.linearVelocity.cast<S>();

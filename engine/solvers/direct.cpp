@@ -34,7 +34,7 @@ ContactNewton<S>& newtonOf(Island<S>& island) {
 template <class S>
 NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings) {
     constexpr double movingShare = 1e-4;
-    constexpr double liftShare = 0.02;
+    constexpr double liftShare = 1e-3;
     S fastest = 0;
     for (const SolverBody<S>& body : island.bodies) {
         fastest = std::max(fastest, body.vBefore.template head<3>().norm());
@@ -47,7 +47,7 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
     options.leastRegularisation = isDouble ? 1e-9 : 1e-6;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (isDouble ? 1e-6 : 2e-4);
     options.tolerance = std::max(options.tolerance, movingShare * speed);
-    options.liftTolerance = std::max(1e-3, liftShare * speed);
+    options.liftTolerance = std::max(1e-4, liftShare * speed);
     options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 60;
     if (island.roundCap > 0) {
         options.maxRounds = std::min(options.maxRounds, island.roundCap);

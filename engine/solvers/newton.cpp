@@ -402,7 +402,7 @@ void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
 }
 
 template <class S>
-double ContactNewton<S>::updateLift(const Island<S>& island) {
+double ContactNewton<S>::updateLift(const Island<S>& island, bool accelerate) {
     S worst = 0;
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
@@ -413,9 +413,9 @@ double ContactNewton<S>::updateLift(const Island<S>& island) {
         const S mu = problem.friction[k];
         const S slide =
             std::hypot(problem.rowVelocity(island.rows[i + 1], block), problem.rowVelocity(island.rows[i + 2], block));
-        // Raising the bias presses the contact, and the friction of that slows the slide: one contact answers with
-        // -mu^2.
-        const S change = (mu * slide - lift_[k]) / (S(1) + mu * mu);
+        // A single contact answers a change of its lift with mu^2 / (1 + mu^2) of it, so that this step is Newton's.
+        const S gain = accelerate ? std::min(S(1) + mu * mu, S(2)) : S(1);
+        const S change = gain * (mu * slide - lift_[k]);
         lift_[k] += change;
         worst = std::max(worst, std::abs(change));
     }
@@ -503,7 +503,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
     start_ = problem.p;
     lift_.assign(island.blocks.size(), S(0));
     momentumVelocity(island);
-    updateLift(island);
+    updateLift(island, false);
     report.residual = residual(island);
     if (report.residual <= options.tolerance) {
         report.converged = true;
@@ -525,7 +525,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
             momentumVelocity(island);
             report.residual = residual(island);
             if (report.residual <= options.tolerance) {
-                if (lifts == mostLifts || updateLift(island) <= options.liftTolerance) {
+                if (lifts == mostLifts || updateLift(island, true) <= options.liftTolerance) {
                     report.converged = true;
                     return report;
                 }

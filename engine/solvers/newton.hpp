@@ -60,7 +60,7 @@ private:
                problem.friction[block] >= S(0);
     }
     void regularise(const Island<S>& island, S reg);
-    double updateLift(const Island<S>& island);
+    double updateLift(const Island<S>& island, bool accelerate);
     S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
     bool stillHolds(const Island<S>& island) const;
     void momentumVelocity(const Island<S>& island);
@@ -75,7 +75,7 @@ private:
 
     static constexpr int guessSweeps = 10;
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
-    static constexpr int mostLifts = 1;
+    static constexpr int mostLifts = 4;
     static constexpr double slowDecrease = 0.25;
     static constexpr double stalledShare = 10;
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }

@@ -37,10 +37,11 @@ RowTerms<S> rowTerms(const Row<S>& row, S mobility, S h, bool& hard) {
 }
 
 // The friction coefficient of a contact in this sub-step: static while it sticks at the start, dynamic while it slides.
-// slideSpeed, m/s: what counts as sliding; far below what is seen, far above what solvers leave.
+// slideSpeed, m/s: what counts as sliding; little enough to be unseen, more than any solver leaves of a sticking
+// contact.
 template <class S>
 S frictionCoefficient(const Island<S>& island, const RowBlock<S>& block) {
-    constexpr S slideSpeed = S(1e-3);
+    constexpr S slideSpeed = S(1e-2);
     if (block.count < 3 || block.staticFriction == block.friction) {
         return block.friction;
     }
