@@ -1,5 +1,7 @@
 #include <cairn/engine/joint.hpp>
 
+#include <numbers>
+
 namespace cairn {
 namespace {
 
@@ -35,7 +37,7 @@ void requireLimits(const std::string& type, const char* lowerName, double lower,
     if (std::isnan(lower) || std::isnan(upper) || lower > upper) {
         throw InputError(type + "." + lowerName, text(lower), "it must not exceed the upper limit " + text(upper));
     }
-    const double pi = EIGEN_PI;
+    const double pi = std::numbers::pi;
     if (angular && ((std::isfinite(lower) && lower <= -pi) || (std::isfinite(upper) && upper >= pi))) {
         throw InputError(type + "." + lowerName, text(lower) + " .. " + text(upper),
                          "angles are known within (-pi, pi) only: narrow the limits or leave them out");
@@ -87,7 +89,7 @@ WorldFrames worldFrames(const SliderDef& d) {
 
 WorldFrames worldFrames(const ConeTwistDef& d) {
     const Posed f = jointFrame("cone_twist", d.anchor, d.axis);
-    if (!(d.swing > 0) || !(d.swing < EIGEN_PI)) {
+    if (!(d.swing > 0) || !(d.swing < std::numbers::pi)) {
         throw InputError("cone_twist.swing", text(d.swing), "give an angle in (0, pi)");
     }
     requireLimits("cone_twist", "twistLower", d.twistLower, d.twistUpper, true);
@@ -140,7 +142,7 @@ void applySoftness(Joint<S>& joint, const Softness& s, const Body<S>& a, const B
         }
         if (s.frequency > 0) {
             const double mass = 1 / static_cast<double>(inverseMass(a, row.a) + inverseMass(b, row.b));
-            const double omega = 2 * EIGEN_PI * s.frequency;
+            const double omega = 2 * std::numbers::pi * s.frequency;
             joint.compliance[k] = static_cast<S>(1 / (mass * omega * omega));
             joint.damping[k] = static_cast<S>(2 * s.dampingRatio * mass * omega);
         } else {

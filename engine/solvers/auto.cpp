@@ -34,11 +34,10 @@ SolveReport Auto<S>::advance(Island<S>& island, S h) {
     if (island.sweeps) {
         return gaussSeidel_->advance(island, h);
     }
-    const bool mayRefuse = island.mayRefuse;
-    island.mayRefuse = true;
+    island.mayRestart = true;
     SolveReport report = direct_->advance(island, h);
     auto& memory = island.memory;
-    if (report.tooLong && mayRefuse && (!report.newtonFailed || island.mayHalveOnFailure)) {
+    if (report.tooLong && island.mayRefuse && (!report.newtonFailed || island.mayHalveOnFailure)) {
         return report;
     }
     if (report.refused()) {

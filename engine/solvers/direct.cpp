@@ -7,12 +7,14 @@ namespace {
 // Errors up to this much (m or rad) are corrected by the velocity of the next step: too slow to be seen as a bounce.
 // Larger ones (bodies born overlapping, joints torn by an impact) are projected away without leaving speed behind.
 constexpr double smallError = 1e-4;
-// Joints are closed to this much (m or rad) at the moved poses.
+// Joints are closed to this much (m or rad) at the moved poses. Limits are left to the next step: they come and go.
 constexpr double jointTolerance = 1e-6;
 // Rounds of that; where they are not enough, the bodies turn too far within the sub-step.
 constexpr int jointRounds = 8;
 // m/s, above which contacts are expected to open and shut within a step.
 constexpr double movingSpeed = 0.05;
+// Passes of the projection, each about the poses that the last one left.
+constexpr int projectionPasses = 3;
 // Sweeps that Gauss-Seidel gets where Newton has not converged.
 constexpr int polishSweeps = 20;
 
@@ -34,7 +36,7 @@ ContactNewton<S>& newtonOf(Island<S>& island) {
 template <class S>
 NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings) {
     constexpr double movingShare = 1e-4;
-    constexpr double liftShare = 1e-3;
+    constexpr double liftShare = 5e-3;
     S fastest = 0;
     for (const SolverBody<S>& body : island.bodies) {
         fastest = std::max(fastest, body.vBefore.template head<3>().norm());
@@ -46,8 +48,10 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
     options.regularisation = speed > movingSpeed && !island.patches.empty() ? 1e-2 : (isDouble ? 1e-4 : 1e-3);
     options.leastRegularisation = isDouble ? 1e-9 : 1e-6;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (isDouble ? 1e-6 : 2e-4);
-    options.tolerance = std::max(options.tolerance, movingShare * speed);
-    options.liftTolerance = std::max(1e-4, liftShare * speed);
+    if (!island.patches.empty()) {
+        options.tolerance = std::max(options.tolerance, movingShare * speed);
+    }
+    options.liftTolerance = std::max(1e-3, liftShare * speed);
     options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 60;
     if (island.roundCap > 0) {
         options.maxRounds = std::min(options.maxRounds, island.roundCap);
@@ -89,6 +93,53 @@ void fillProblem(Island<S>& island, ContactNewton<S>& newton, const SolverSettin
     }
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         newton.vStar[i] = island.bodies[i].v;
+    }
+}
+
+// The largest violation of a hard row at the present poses, m or rad.
+template <class S>
+S worstError(const Island<S>& island) {
+    std::vector<S> C;
+    island.contactErrors(C);
+    S worst = 0;
+    for (const S c : C) {
+        worst = std::max(worst, -c);
+    }
+    island.jointErrors(C);
+    for (std::size_t i = 0; i < C.size(); ++i) {
+        Row<S> row = island.rows[i];
+        row.C = C[i];
+        worst = std::max(worst, row.violation());
+    }
+    return worst;
+}
+
+// The problem of moving the bodies by h v, as little as may be (in the metric of mass), to where the hard rows are
+// obeyed. Friction, motors and springs have no part in it.
+template <class S>
+void fillProjection(Island<S>& island, ContactNewton<S>& newton, S pushOut, S h) {
+    RowProblem<S>& problem = newton.problem;
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        problem.friction[k] = S(-1);
+        for (std::size_t i = static_cast<std::size_t>(block.first);
+             i < static_cast<std::size_t>(block.first + block.count); ++i) {
+            const Row<S>& row = island.rows[i];
+            RowTerms<S>& t = problem.terms[i];
+            t = {};
+            problem.p[i] = S(0);
+            if (row.isVelocity || row.isSoft()) {
+                continue;
+            }
+            const bool equality = row.lo < S(0) && row.hi > S(0);
+            t.mobility = island.mobility(row, block);
+            t.lo = row.lo;
+            t.hi = row.hi;
+            t.bias = equality ? std::clamp(row.C / h, -pushOut, pushOut) : std::max(row.C / h, -pushOut);
+        }
+    }
+    for (Vec6<S>& v : newton.vStar) {
+        v.setZero();
     }
 }
 
@@ -136,7 +187,7 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     const bool closed = solved.converged && correctJoints(island, newton, options, h, report);
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
-    if (!closed && island.mayRefuse) {
+    if (solved.converged ? !closed && island.mayRefuse : island.mayRefuse || island.mayRestart) {
         report.tooLong = true;
         return report;
     }
@@ -164,8 +215,13 @@ bool Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const
     }
     const std::vector<SolverBody<S>> start = island.bodies;
     const S gentle = static_cast<S>(smallError);
-    const S tolerance = std::max(static_cast<S>(jointTolerance), S(100) * Eigen::NumTraits<S>::epsilon());
+    // No tighter than what the velocities are solved to.
+    const S tolerance = std::max(static_cast<S>(jointTolerance), S(2) * h * static_cast<S>(options.tolerance));
+    const RowProblem<S> uncorrected = newton.problem;
+    NewtonOptions onwards = options;
+    onwards.goesOn = true;
     std::vector<S> C;
+    S worst = 0;
     for (int round = 0; round < jointRounds; ++round) {
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
             island.bodies[i].v = newton.problem.v[i];
@@ -173,79 +229,54 @@ bool Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const
         island.integrate(h);
         island.jointErrors(C);
         island.bodies = start;
-        S worst = 0;
+        worst = 0;
         for (std::size_t i = 0; i < C.size(); ++i) {
             const Row<S>& row = island.rows[i];
             const bool equality = row.lo < S(0) && row.hi > S(0);
-            if (row.isVelocity || row.isSoft() || (!equality && newton.problem.p[i] <= S(0))) {
+            if (row.isVelocity || row.isSoft() || !equality) {
                 continue;
             }
-            const S target = equality || row.C < S(0) ? row.C - std::clamp(row.C, -gentle, gentle) : S(0);
-            const S error = C[i] - target;
+            const S error = C[i] - row.C + std::clamp(row.C, -gentle, gentle);
             worst = std::max(worst, std::abs(error));
             newton.problem.terms[i].bias += error / h;
         }
         if (worst <= tolerance) {
             return true;
         }
-        const NewtonReport again = newton.solve(island, options);
+        const NewtonReport again = newton.solve(island, onwards);
         takeReport<S>(again, report);
         if (!again.converged) {
-            return false;
+            break;
         }
     }
+    // What the linear rows say errs, but is bounded; corrections that do not settle need not be.
+    newton.problem = uncorrected;
     return false;
 }
 
 template <class S>
 void Direct<S>::projectErrors(Island<S>& island, ContactNewton<S>& newton, NewtonOptions options, S h,
                               SolveReport& report) const {
-    std::vector<S> joints;
-    std::vector<S> contacts;
-    island.jointErrors(joints);
-    island.contactErrors(contacts);
-    RowProblem<S>& problem = newton.problem;
-    const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
-    S worst = 0;
-    std::size_t contact = 0;
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
-        const bool isContact = block.kind == BlockKind::Contact;
-        problem.friction[k] = S(-1);
-        for (int r = 0; r < block.count; ++r) {
-            const std::size_t i = static_cast<std::size_t>(block.first + r);
-            const Row<S>& row = island.rows[i];
-            RowTerms<S>& t = problem.terms[i];
-            problem.p[i] = S(0);
-            if (row.isVelocity || row.isSoft()) {
-                t = {};
-                continue;
-            }
-            const S C = isContact ? contacts[contact] : joints[i];
-            const bool equality = row.lo < S(0) && row.hi > S(0);
-            worst = std::max(worst, equality ? std::abs(C) : -C);
-            t.softness = S(0);
-            t.lo = row.lo;
-            t.hi = row.hi;
-            t.bias = equality ? std::clamp(C / h, -pushOut, pushOut) : std::max(C / h, -pushOut);
-        }
-        contact += isContact ? 1 : 0;
-    }
-    if (worst <= static_cast<S>(smallError)) {
-        return;
-    }
-    for (Vec6<S>& v : newton.vStar) {
-        v.setZero();
-    }
     options.tolerance = 0.1 * smallError / static_cast<double>(h);
-    newton.forget();
-    const NewtonReport solved = newton.solve(island, options);
-    takeReport<S>(solved, report);
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        SolverBody<S>& body = island.bodies[i];
-        if (!body.fixed) {
-            body.pose.position += h * problem.v[i].template head<3>();
-            body.pose.rotation = rotated<S>(body.pose.rotation, h * problem.v[i].template tail<3>());
+    S before = infinity<S>();
+    for (int pass = 0; pass < projectionPasses; ++pass) {
+        const S worst = worstError(island);
+        // Rows that contradict each other do not get better.
+        if (worst <= static_cast<S>(smallError) || worst > S(0.9) * before) {
+            return;
+        }
+        before = worst;
+        island.linearize();
+        newton.prepare(island);
+        newton.forget();
+        fillProjection(island, newton, static_cast<S>(settings_.maxPushOutSpeed), h);
+        takeReport<S>(newton.solve(island, options), report);
+        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+            SolverBody<S>& body = island.bodies[i];
+            if (!body.fixed) {
+                body.pose.position += h * newton.problem.v[i].template head<3>();
+                body.pose.rotation = rotated<S>(body.pose.rotation, h * newton.problem.v[i].template tail<3>());
+            }
         }
     }
 }

@@ -1,6 +1,8 @@
 #include <cairn/engine/impacts.hpp>
 #include <cairn/engine/solvers/gauss_seidel.hpp>
 
+#include <numbers>
+
 namespace cairn {
 namespace {
 
@@ -34,7 +36,7 @@ SolveReport GaussSeidel<S>::advance(Island<S>& island, S h) {
     problem.friction.resize(island.blocks.size());
     problem.p.resize(rowCount);
 
-    const S omega = S(2 * EIGEN_PI) * S(0.25) / h;
+    const S omega = S(2) * std::numbers::pi_v<S> * S(0.25) / h;
     const S zeta = S(10);
     const S grip = h * omega * (S(2) * zeta + h * omega);
     const S biasRate = omega / (S(2) * zeta + h * omega);

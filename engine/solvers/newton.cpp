@@ -390,13 +390,16 @@ template <class S>
 void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
     delta_.resize(problem.terms.size());
     for (std::size_t i = 0; i < problem.terms.size(); ++i) {
-        delta_[i] = reg * std::max(problem.terms[i].mobility, Eigen::NumTraits<S>::epsilon());
+        delta_[i] = std::min(reg, static_cast<S>(jointRegularisation)) * std::max(problem.terms[i].mobility, Eigen::NumTraits<S>::epsilon());
     }
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         if (isCone(island, k)) {
             // One regularisation for the three rows, so that the nearest point of the cone is the plain projection.
             const std::size_t i = at(island.blocks[k].first);
-            delta_[i] = delta_[i + 1] = delta_[i + 2] = std::max({delta_[i], delta_[i + 1], delta_[i + 2]});
+            delta_[i] = reg * std::max({problem.terms[i].mobility, problem.terms[i + 1].mobility,
+                                        problem.terms[i + 2].mobility});
+            delta_[i + 1] = delta_[i];
+            delta_[i + 2] = delta_[i];
         }
     }
 }
@@ -450,11 +453,10 @@ S ContactNewton<S>::merit(const Island<S>& island, const std::vector<S>& impulse
 }
 
 template <class S>
-void ContactNewton<S>::guess(const Island<S>& island, NewtonReport& report) {
+void ContactNewton<S>::guess(const Island<S>& island, bool sweeps, NewtonReport& report) {
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
-    const int sweeps = report.residual > nearAnswer ? guessSweeps : 0;
-    for (int k = 0; k < sweeps; ++k) {
+    for (int k = 0; k < (sweeps ? guessSweeps : 0); ++k) {
         problem.sweep(island, S(1));
     }
     momentumVelocity(island);
@@ -511,7 +513,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
     }
     S reg = static_cast<S>(options.regularisation);
     regularise(island, reg);
-    guess(island, report);
+    guess(island, !options.goesOn && report.residual > nearAnswer, report);
 
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;

@@ -1,15 +1,17 @@
 #pragma once
 // The regularised contact problem of one island, solved exactly in body space.
 //
-// Unknown: the twists v of the dynamic bodies. With rows u = J v + b, a small regularisation d_i = reg A_ii, physical
-// softness s_i and a centre pc for the impulses (the proximal term), the impulses answer the velocities,
+// Unknown: the twists v of the dynamic bodies. With rows u = J v + b, a small regularisation d_i = reg A_ii, physical softness s_i
+// and a centre pc for the impulses (the proximal term), the impulses answer the velocities,
 //     p = P(y),   y = (d pc - u) / (d + s),
-// where P clamps to the bounds of a row, and friction to the disc of a given radius. v minimises the convex function
+// where P clamps a row to its bounds, and the three rows of a contact to the true friction cone |p_t| <= mu p_n. v minimises the
+// convex function
 //     f(v) = 1/2 |v - v*|^2_M + sum of the Moreau envelopes of the rows,   grad f = M (v - v*) - J^T p,
-// whose Hessian is H = M + J^T W J (the seed's 7.4 and 7.37 for the whole island at once). Newton with an exact line
-// search: f falls every round, so that no active set can blow up. Around it, the centre moves to the present p (the
-// bias of d vanishes: augmented Lagrangian) and each friction disc to mu times the present normal impulse (no dilation:
-// the normal never sees the sliding), until the unregularised Coulomb problem holds to tolerance.
+// whose Hessian is H = M + J^T W J (the seed's 7.4 and 7.37 for the whole island at once; Drake's SAP and MuJoCo's Newton solve
+// problems of this kind). Newton with an exact line search: f falls every round, so that no active set can blow up. Around it:
+//   - the centre moves to the present p until the bias of d has vanished (augmented Lagrangian);
+//   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's term, brings
+//     the contact back to u_n = 0. Each raise is a Newton step of one contact on its own lift.
 #include <cairn/engine/island.hpp>
 #include <cairn/engine/solvers/block_cholesky.hpp>
 #include <cairn/engine/solvers/sweep.hpp>
@@ -22,6 +24,7 @@ struct NewtonOptions {
     double tolerance = 0;            // m/s
     double liftTolerance = 0;        // m/s
     int maxRounds = 0;
+    bool goesOn = false;  // the terms differ little from those of the last solve(): its answer is guess enough
 };
 
 struct NewtonReport {
@@ -69,13 +72,14 @@ private:
     bool weigh(const Island<S>& island, const std::vector<S>& y);
     bool factorise(const Island<S>& island, const std::vector<S>& y, NewtonReport& report);
     S merit(const Island<S>& island, const std::vector<S>& impulse) const;
-    void guess(const Island<S>& island, NewtonReport& report);
+    void guess(const Island<S>& island, bool sweeps, NewtonReport& report);
     S gradient(const Island<S>& island, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
     void lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
 
     static constexpr int guessSweeps = 10;
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
-    static constexpr int mostLifts = 4;
+    static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
+    static constexpr int mostLifts = 2;
     static constexpr double slowDecrease = 0.25;
     static constexpr double stalledShare = 10;
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
