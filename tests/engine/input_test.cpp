@@ -79,10 +79,10 @@ TEST(BadInput, NumbersThatFloatCannotHold) {
     Worldf world;
     BodyDef def = goodBody();
     def.position.x() = 1e300;
-    expectRefused("position", [&] { world.add(def); });
+    expectRefused("crate", [&] { world.add(def); });
     def = goodBody();
     def.mass = 1e-60;
-    expectRefused("mass", [&] { world.add(def); });
+    expectRefused("crate", [&] { world.add(def); });
 }
 
 TEST(BadInput, Worlds) {

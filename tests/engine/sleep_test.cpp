@@ -81,7 +81,7 @@ TEST(Sleep, WakesWhenItsSupportIsRemoved) {
         tower.world.remove(tower.boxes[0]);
         run(tower.world, 1.0 / 60);
         EXPECT_TRUE(tower.allAwake());
-        run(tower.world, 3);
+        run(tower.world, 6);
         expectClose(solver.name + ", box 1 after the fall", position(tower.world, tower.boxes[1]).y(), 0.5, 2e-3);
         EXPECT_TRUE(tower.asleep()) << "and sleeps again";
     });

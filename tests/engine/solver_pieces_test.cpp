@@ -214,7 +214,25 @@ std::vector<Vec6<double>> denseReference(const Island<double>& island, const std
     return twists;
 }
 
-double newtonError(unsigned seed, int bodies, int points, double mu, double ratio) {
+struct NewtonErrors {
+    double twist = 0;    // against the dense reference
+    double coulomb = 0;  // m/s: distance of the answer from Coulomb's law
+};
+
+// Nearest point of the cone |p_t| <= mu p_n.
+Vec3d nearestOnCone(const Vec3d& p, double mu) {
+    const double t = std::hypot(p.y(), p.z());
+    if (t <= mu * p.x()) {
+        return p;
+    }
+    if (mu * t <= -p.x()) {
+        return Vec3d::Zero();
+    }
+    const double n = (p.x() + mu * t) / (1 + mu * mu);
+    return {n, mu * n * p.y() / t, mu * n * p.z() / t};
+}
+
+NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, double ratio) {
     TestRandom random(seed);
     Island<double> island = randomContacts<double>(random, bodies, points, mu, ratio);
     ContactNewton<double> newton;
@@ -241,32 +259,73 @@ double newtonError(unsigned seed, int bodies, int points, double mu, double rati
     options.leastRegularisation = 1e-9;
     options.tolerance = 1e-10;
     options.liftTolerance = 1e-9;
-    options.maxRounds = 300;
-    newton.solve(island, options);
+    options.maxRounds = 1000;
+    const NewtonReport report = newton.solve(island, options);
+    EXPECT_TRUE(report.converged) << "seed " << seed;
+
+    NewtonErrors errors;
     const std::vector<Vec6<double>> expected = denseReference(island, bias, mu);
-    double worst = 0;
+    std::vector<Vec6<double>> pushed;
     for (std::size_t i = 0; i < expected.size(); ++i) {
-        worst = std::max(worst, (newton.problem.v[i] - expected[i]).norm());
+        errors.twist = std::max(errors.twist, (newton.problem.v[i] - expected[i]).norm());
+        pushed.push_back(island.bodies[i].v);
     }
-    return worst;
+    // Coulomb's law as De Saxce's complementarity: p is nearest in the cone to p - rho (u_n + mu |u_t|, u_t).
+    for (const RowBlock<double>& block : island.blocks) {
+        Vec3d p;
+        Vec3d u;
+        double mobility = 0;
+        for (int r = 0; r < 3; ++r) {
+            const std::size_t i = static_cast<std::size_t>(block.first + r);
+            const Row<double>& row = island.rows[i];
+            p(r) = newton.problem.p[i];
+            u(r) = newton.problem.rowVelocity(row, block) + bias[i];
+            mobility = std::max(mobility, island.mobility(row, block));
+            pushed[static_cast<std::size_t>(block.a)] +=
+                island.bodies[static_cast<std::size_t>(block.a)].applyInverseMass(row.a * p(r));
+            pushed[static_cast<std::size_t>(block.b)] +=
+                island.bodies[static_cast<std::size_t>(block.b)].applyInverseMass(row.b * p(r));
+        }
+        u.x() += mu * std::hypot(u.y(), u.z());
+        errors.coulomb = std::max(errors.coulomb, mobility * (p - nearestOnCone(p - u / mobility, mu)).norm());
+    }
+    for (std::size_t i = 0; i < pushed.size(); ++i) {
+        EXPECT_LE((pushed[i] - newton.problem.v[i]).norm(), 1e-12) << "v = v* + M^-1 J^T p";
+    }
+    return errors;
 }
 
 TEST(ContactNewtonTest, FrictionlessAnswersAgreeWithDenseReference) {
-    double worst = 0;
+    NewtonErrors worst;
     for (unsigned seed = 0; seed < 40; ++seed) {
-        worst = std::max(worst, newtonError(seed, 1 + static_cast<int>(seed % 5), 2 + static_cast<int>(seed % 9), 0,
-                                            seed % 3 == 0 ? 100 : 1));
+        const NewtonErrors e = newtonErrors(seed, 1 + static_cast<int>(seed % 5), 2 + static_cast<int>(seed % 9), 0,
+                                            seed % 3 == 0 ? 100 : 1);
+        worst.twist = std::max(worst.twist, e.twist);
+        worst.coulomb = std::max(worst.coulomb, e.coulomb);
     }
-    expectBelow("frictionless, worst twist", worst, 1e-7);
+    expectBelow("frictionless, worst twist", worst.twist, 1e-7);
+    expectBelow("frictionless, complementarity, m/s", worst.coulomb, 1e-9);
 }
 
+// With one or two contacts Coulomb's law has one answer.
 TEST(ContactNewtonTest, FrictionalAnswersAgreeWithDenseReference) {
     double worst = 0;
     for (unsigned seed = 100; seed < 140; ++seed) {
-        worst = std::max(worst, newtonError(seed, 1 + static_cast<int>(seed % 4), 1 + static_cast<int>(seed % 5), 0.3,
-                                            seed % 3 == 0 ? 100 : 1));
+        worst = std::max(worst, newtonErrors(seed, 1 + static_cast<int>(seed % 2), 1 + static_cast<int>(seed % 2), 0.3,
+                                             seed % 3 == 0 ? 100 : 1)
+                                    .twist);
     }
     expectBelow("with friction, worst twist", worst, 1e-5);
+}
+
+TEST(ContactNewtonTest, FrictionalAnswersObeyCoulombsLaw) {
+    double worst = 0;
+    for (unsigned seed = 200; seed < 240; ++seed) {
+        worst = std::max(worst, newtonErrors(seed, 1 + static_cast<int>(seed % 4), 1 + static_cast<int>(seed % 6), 0.5,
+                                             seed % 3 == 0 ? 100 : 1)
+                                    .coulomb);
+    }
+    expectBelow("distance from Coulomb's law, m/s", worst, 1e-5);
 }
 
 TYPED_TEST(SolverPieces, GyroscopicMidpointKeepsEnergyAndMomentum) {
