@@ -5,9 +5,12 @@
 #include <Eigen/Eigenvalues>
 
 #include <deque>
+#include <numbers>
 
 namespace cairn {
 namespace {
+
+constexpr double pi = std::numbers::pi;
 
 btVector3 toBullet(const Vec3d& v) {
     return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
@@ -110,6 +113,12 @@ private:
         return shapes_.back().get();
     }
 
+    // In the shape's own frame.
+    static TriangleMesh bareSurface(Shape shape) {
+        shape.pose = {};
+        return surface(shape);
+    }
+
     btCollisionShape* convert(const Shape& shape) {
         const btScalar radius = static_cast<btScalar>(shape.size.x());
         const btScalar height = static_cast<btScalar>(2 * shape.size.y());
@@ -129,7 +138,7 @@ private:
                     std::make_unique<btStaticPlaneShape>(toBullet(shape.size), static_cast<btScalar>(shape.offset)));
             case ShapeKind::Hull: {
                 auto hull = std::make_unique<btConvexHullShape>();
-                for (const Vec3d& vertex : shape.hull->vertices) {
+                for (const Vec3d& vertex : bareSurface(shape).vertices) {
                     hull->addPoint(toBullet(vertex), false);
                 }
                 hull->recalcLocalAabb();
@@ -138,7 +147,7 @@ private:
                 return keep(std::move(hull));
             }
             case ShapeKind::Mesh: {
-                const TriangleMesh triangles = surface(shape);
+                const TriangleMesh triangles = bareSurface(shape);
                 auto mesh = std::make_unique<btTriangleMesh>();
                 for (const std::array<int, 3>& t : triangles.triangles) {
                     const auto vertex = [&](std::size_t k) {
@@ -162,9 +171,8 @@ private:
             return keep(std::make_unique<btEmptyShape>());
         }
         const Posed first = centreFromFrame * shapes[0].pose;
-        // A surface() is in the body's frame already.
         const bool inPlace = first.position.isZero(1e-12) && logQuat<double>(first.rotation).isZero(1e-12);
-        if (shapes.size() == 1 && (inPlace || shapes[0].kind == ShapeKind::Mesh)) {
+        if (shapes.size() == 1 && inPlace) {
             return convert(shapes[0]);
         }
         auto compound = std::make_unique<btCompoundShape>();
@@ -275,8 +283,8 @@ private:
         const Ends e = endsOf(scene, def, frameAt(def.anchor, def.axis, Vec3d::UnitZ()));
         auto hinge = std::make_unique<btHingeConstraint>(e.a, e.b, e.frameA, e.frameB, true);
         if (std::isfinite(def.lower) || std::isfinite(def.upper)) {
-            hinge->setLimit(static_cast<btScalar>(std::max(def.lower, -EIGEN_PI)),
-                            static_cast<btScalar>(std::min(def.upper, EIGEN_PI)));
+            hinge->setLimit(static_cast<btScalar>(std::max(def.lower, -pi)),
+                            static_cast<btScalar>(std::min(def.upper, pi)));
         }
         if (def.motorTorque > 0) {
             hinge->enableAngularMotor(true, static_cast<btScalar>(def.motorSpeed),
@@ -305,7 +313,7 @@ private:
         // Its twist is bounded alike on both sides.
         const double twist = std::max(std::abs(def.twistLower), std::abs(def.twistUpper));
         cone->setLimit(static_cast<btScalar>(def.swing), static_cast<btScalar>(def.swing),
-                       static_cast<btScalar>(std::min(twist, EIGEN_PI)));
+                       static_cast<btScalar>(std::min(twist, pi)));
         add(std::move(cone), def.collide);
     }
     void addJoint(const Scene&, const DistanceDef&) { noCounterpart("a distance joint"); }
