@@ -133,9 +133,6 @@ private:
                 return keep(std::make_unique<btCylinderShape>(btVector3(radius, height / 2, radius)));
             case ShapeKind::Cone:
                 return keep(std::make_unique<btConeShape>(radius, height));
-            case ShapeKind::HalfSpace:
-                return keep(
-                    std::make_unique<btStaticPlaneShape>(toBullet(shape.size), static_cast<btScalar>(shape.offset)));
             case ShapeKind::Hull: {
                 auto hull = std::make_unique<btConvexHullShape>();
                 for (const Vec3d& vertex : bareSurface(shape).vertices) {
@@ -160,13 +157,28 @@ private:
                 return bvh;
             }
             case ShapeKind::Ellipsoid:
+            case ShapeKind::HalfSpace:
                 break;
         }
         noCounterpart(std::string("a shape ") + name(shape.kind));
     }
 
+    // A half-space becomes a big box: against a plane Bullet finds one point of a box a step, which would judge it by
+    // its weakest routine.
+    static Shape bounded(const Shape& shape) {
+        if (shape.kind != ShapeKind::HalfSpace) {
+            return shape;
+        }
+        constexpr double half = 100;  // m
+        Shape slab = box({half, half, half});
+        slab.pose =
+            shape.pose * Posed{(shape.offset - half) * shape.size, Quatd::FromTwoVectors(Vec3d::UnitY(), shape.size)};
+        return slab;
+    }
+
     // The shapes of a body about its centre of mass.
-    btCollisionShape* convert(const std::vector<Shape>& shapes, const Posed& centreFromFrame) {
+    btCollisionShape* convert(std::vector<Shape> shapes, const Posed& centreFromFrame) {
+        std::transform(shapes.begin(), shapes.end(), shapes.begin(), bounded);
         if (shapes.empty()) {
             return keep(std::make_unique<btEmptyShape>());
         }
