@@ -234,6 +234,7 @@ struct World<S>::Impl {
         SolveReport sum;
         while (left > 0) {
             before = island.bodies;
+            island.isLast = left == 1;
             island.mayRefuse = halvings < mostHalvings;
             const Ledger<S> ledger(island);
             SolveReport one = solver->advance(island, h);

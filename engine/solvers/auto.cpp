@@ -32,7 +32,11 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
 template <class S>
 SolveReport Auto<S>::advance(Island<S>& island, S h) {
     if (island.sweeps) {
-        return gaussSeidel_->advance(island, h);
+        SolveReport report = gaussSeidel_->advance(island, h);
+        if (island.isLast && !island.joints.empty()) {
+            direct_->projectErrors(island, h, report);
+        }
+        return report;
     }
     island.mayRestart = true;
     SolveReport report = direct_->advance(island, h);

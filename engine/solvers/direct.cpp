@@ -11,6 +11,8 @@ constexpr double smallError = 1e-4;
 constexpr double jointTolerance = 1e-6;
 // Rounds of that; where they are not enough, the bodies turn too far within the sub-step.
 constexpr int jointRounds = 8;
+// rad, that a jointed body may turn within a sub-step.
+constexpr double mostTurn = 0.3;
 // m/s, above which contacts are expected to open and shut within a step.
 constexpr double movingSpeed = 0.05;
 // Passes of the projection, each about the poses that the last one left.
@@ -31,21 +33,44 @@ ContactNewton<S>& newtonOf(Island<S>& island) {
     return **std::any_cast<Memory>(&island.memory.solver);
 }
 
+// m/s, of the centres of mass at the start of the sub-step.
+template <class S>
+S fastestSpeed(const Island<S>& island) {
+    S fastest = 0;
+    for (const SolverBody<S>& body : island.bodies) {
+        fastest = std::max(fastest, body.vBefore.template head<3>().norm());
+    }
+    return fastest;
+}
+
+// Whether contacts are expected to open and shut.
+template <class S>
+bool churns(const Island<S>& island) {
+    return !island.patches.empty() && fastestSpeed(island) > static_cast<S>(movingSpeed);
+}
+
+// Whether no jointed body turns so far within the sub-step that its rows point elsewhere afterwards.
+template <class S>
+bool turnsLittle(const Island<S>& island, const ContactNewton<S>& newton, S h) {
+    const auto turn = [&](int body) {
+        return h * newton.problem.v[static_cast<std::size_t>(body)].template tail<3>().norm();
+    };
+    return std::all_of(island.joints.begin(), island.joints.end(), [&](const auto& link) {
+        return turn(link.a) <= static_cast<S>(mostTurn) && turn(link.b) <= static_cast<S>(mostTurn);
+    });
+}
+
 // The base tolerance holds for what rests. What moves at a speed v is solved to a share of v: a ten-thousandth of it is
 // far below what the step length itself gets wrong.
 template <class S>
 NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings) {
     constexpr double movingShare = 1e-4;
     constexpr double liftShare = 5e-3;
-    S fastest = 0;
-    for (const SolverBody<S>& body : island.bodies) {
-        fastest = std::max(fastest, body.vBefore.template head<3>().norm());
-    }
-    const double speed = static_cast<double>(fastest);
+    const double speed = static_cast<double>(fastestSpeed(island));
     const bool isDouble = std::is_same_v<S, double>;
     NewtonOptions options;
     // A loose grip takes fewer rounds where contacts open and shut; a tight one fewer where rows stay.
-    options.regularisation = speed > movingSpeed && !island.patches.empty() ? 1e-2 : (isDouble ? 1e-4 : 1e-3);
+    options.regularisation = churns(island) ? 1e-2 : (isDouble ? 1e-4 : 1e-3);
     options.leastRegularisation = isDouble ? 1e-9 : 1e-6;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (isDouble ? 1e-6 : 2e-4);
     if (!island.patches.empty()) {
@@ -161,12 +186,7 @@ typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
     island.linearize();
     ContactNewton<S>& newton = newtonOf(island);
     newton.prepare(island);
-    S fastest = 0;
-    for (const SolverBody<S>& body : island.bodies) {
-        fastest = std::max(fastest, body.v.template head<3>().norm());
-    }
-    const bool churns = !island.patches.empty() && fastest > static_cast<S>(movingSpeed);
-    return {newton.work(), newton.work() * (churns ? 30 : 3)};
+    return {newton.work(), newton.work() * (churns(island) ? 30 : 3)};
 }
 
 template <class S>
@@ -184,7 +204,9 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     const NewtonOptions options = optionsFor(island, settings_);
     NewtonReport solved = newton.solve(island, options);
     takeReport<S>(solved, report);
-    const bool closed = solved.converged && correctJoints(island, newton, options, h, report);
+    // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
+    const bool closed = solved.converged && turnsLittle(island, newton, h) &&
+                        (churns(island) || correctJoints(island, newton, options, h, report));
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
     if (solved.converged ? !closed && island.mayRefuse : island.mayRefuse || island.mayRestart) {
@@ -203,7 +225,7 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     }
     island.storeLambda();
     island.integrate(h);
-    projectErrors(island, newton, options, h, report);
+    projectErrors(island, h, report);
     return report;
 }
 
@@ -255,22 +277,28 @@ bool Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const
 }
 
 template <class S>
-void Direct<S>::projectErrors(Island<S>& island, ContactNewton<S>& newton, NewtonOptions options, S h,
-                              SolveReport& report) const {
+void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const {
+    ContactNewton<S>& newton = newtonOf(island);
+    NewtonOptions options = optionsFor(island, settings_);
     options.tolerance = 0.1 * smallError / static_cast<double>(h);
     S before = infinity<S>();
+    std::vector<Row<S>> rows;  // of the sub-step itself, which its reports go by
     for (int pass = 0; pass < projectionPasses; ++pass) {
         const S worst = worstError(island);
         // Rows that contradict each other do not get better.
         if (worst <= static_cast<S>(smallError) || worst > S(0.9) * before) {
-            return;
+            break;
         }
         before = worst;
+        if (rows.empty()) {
+            rows = island.rows;
+        }
         island.linearize();
         newton.prepare(island);
         newton.forget();
         fillProjection(island, newton, static_cast<S>(settings_.maxPushOutSpeed), h);
         takeReport<S>(newton.solve(island, options), report);
+        const std::vector<SolverBody<S>> unmoved = island.bodies;
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
             SolverBody<S>& body = island.bodies[i];
             if (!body.fixed) {
@@ -278,6 +306,13 @@ void Direct<S>::projectErrors(Island<S>& island, ContactNewton<S>& newton, Newto
                 body.pose.rotation = rotated<S>(body.pose.rotation, h * newton.problem.v[i].template tail<3>());
             }
         }
+        if (!(worstError(island) < worst)) {
+            island.bodies = unmoved;
+            break;
+        }
+    }
+    if (!rows.empty()) {
+        island.rows = std::move(rows);
     }
 }
 

@@ -10,6 +10,45 @@ namespace {
 // contacts.
 constexpr int relaxSweeps = 2;
 
+// Applies the impulses p of the last sub-step, scaled by the share in [0, 1] that lowers the dual objective
+//     1/2 p^T (A + s) p + p^T (J v + b)
+// most. In a steady load the share is 1; after an impact, whose impulse nothing asks for again, it is near 0. A full
+// warm start there feeds energy in, and one sweep cannot take it out.
+template <class S>
+void warmStart(const Island<S>& island, RowProblem<S>& problem) {
+    std::vector<S> u(problem.p.size());
+    const auto forEachRow = [&](const auto& visit) {
+        for (const RowBlock<S>& block : island.blocks) {
+            for (int i = block.first; i < block.first + block.count; ++i) {
+                visit(block, static_cast<std::size_t>(i));
+            }
+        }
+    };
+    const std::vector<Vec6<S>> before = problem.v;
+    S slope = 0;
+    forEachRow([&](const RowBlock<S>& block, std::size_t i) {
+        u[i] = problem.rowVelocity(island.rows[i], block);
+        slope += problem.p[i] * (u[i] + problem.terms[i].bias);
+    });
+    forEachRow(
+        [&](const RowBlock<S>& block, std::size_t i) { problem.push(island, island.rows[i], block, problem.p[i]); });
+    S curvature = 0;
+    forEachRow([&](const RowBlock<S>& block, std::size_t i) {
+        curvature += problem.p[i] *
+                     (problem.rowVelocity(island.rows[i], block) - u[i] + problem.terms[i].softness * problem.p[i]);
+    });
+    const S share = curvature > S(0) ? std::clamp(-slope / curvature, S(0), S(1)) : S(0);
+    if (share == S(1)) {
+        return;
+    }
+    for (S& p : problem.p) {
+        p *= share;
+    }
+    for (std::size_t k = 0; k < before.size(); ++k) {
+        problem.v[k] = before[k] + share * (problem.v[k] - before[k]);
+    }
+}
+
 }  // namespace
 
 template <class S>
@@ -58,11 +97,11 @@ SolveReport GaussSeidel<S>::advance(Island<S>& island, S h) {
                 t.bias = std::clamp(biasRate * row.C, -pushOut, pushOut);
                 t.softness = t.mobility / grip;
             }
-            problem.p[i] = row.lambda * h * static_cast<S>(settings_.def.warmStart);
-            problem.push(island, row, block, problem.p[i]);
+            problem.p[i] = std::clamp(row.lambda * h * static_cast<S>(settings_.def.warmStart), t.lo, t.hi);
         }
     }
 
+    warmStart(island, problem);
     for (int iteration = 0; iteration < iterations; ++iteration) {
         problem.sweep(island, relaxation);
     }
@@ -84,15 +123,14 @@ SolveReport GaussSeidel<S>::advance(Island<S>& island, S h) {
     for (std::size_t i = 0; i < problem.v.size(); ++i) {
         problem.v[i] = island.bodies[i].v;
     }
-    // The relaxing sweeps: no push-out; a contact that is open at the new poses is left alone, or it would brake what
-    // approaches before it touches, and no bounce would be left of it.
-    constexpr S openGap = S(1e-6);
+    // The relaxing sweeps: no push-out. A contact that was open and took no impulse is left alone, or it would brake
+    // what approaches before it touches, and no bounce would be left of it.
     for (std::size_t i = 0; i < rowCount; ++i) {
         if (hardRow[i]) {
             const Row<S>& row = island.rows[i];
             problem.terms[i].softness = S(0);
-            problem.terms[i].bias = S(0);
-            if (row.lo == S(0) && row.C + h * speed[i] > openGap) {
+            problem.terms[i].bias = row.lo == S(0) ? std::max(S(0), row.C + h * speed[i]) / h : S(0);
+            if (row.lo == S(0) && row.C > S(0) && problem.p[i] == S(0)) {
                 problem.terms[i].mobility = S(0);
             }
         }

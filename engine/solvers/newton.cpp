@@ -390,7 +390,8 @@ template <class S>
 void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
     delta_.resize(problem.terms.size());
     for (std::size_t i = 0; i < problem.terms.size(); ++i) {
-        delta_[i] = std::min(reg, static_cast<S>(jointRegularisation)) * std::max(problem.terms[i].mobility, Eigen::NumTraits<S>::epsilon());
+        delta_[i] = std::min(reg, static_cast<S>(jointRegularisation)) *
+                    std::max(problem.terms[i].mobility, Eigen::NumTraits<S>::epsilon());
     }
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         if (isCone(island, k)) {

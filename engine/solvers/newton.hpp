@@ -1,16 +1,18 @@
 #pragma once
 // The regularised contact problem of one island, solved exactly in body space.
 //
-// Unknown: the twists v of the dynamic bodies. With rows u = J v + b, a small regularisation d_i = reg A_ii, physical softness s_i
-// and a centre pc for the impulses (the proximal term), the impulses answer the velocities,
+// Unknown: the twists v of the dynamic bodies. With rows u = J v + b, a small regularisation d_i = reg A_ii, physical
+// softness s_i and a centre pc for the impulses (the proximal term), the impulses answer the velocities,
 //     p = P(y),   y = (d pc - u) / (d + s),
-// where P clamps a row to its bounds, and the three rows of a contact to the true friction cone |p_t| <= mu p_n. v minimises the
-// convex function
+// where P clamps a row to its bounds, and the three rows of a contact to the true friction cone |p_t| <= mu p_n. v
+// minimises the convex function
 //     f(v) = 1/2 |v - v*|^2_M + sum of the Moreau envelopes of the rows,   grad f = M (v - v*) - J^T p,
-// whose Hessian is H = M + J^T W J (the seed's 7.4 and 7.37 for the whole island at once; Drake's SAP and MuJoCo's Newton solve
-// problems of this kind). Newton with an exact line search: f falls every round, so that no active set can blow up. Around it:
+// whose Hessian is H = M + J^T W J (the seed's 7.4 and 7.37 for the whole island at once; Drake's SAP and MuJoCo's
+// Newton solve problems of this kind). Newton with an exact line search: f falls every round, so that no active set can
+// blow up. Around it:
 //   - the centre moves to the present p until the bias of d has vanished (augmented Lagrangian);
-//   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's term, brings
+//   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's
+//   term, brings
 //     the contact back to u_n = 0. Each raise is a Newton step of one contact on its own lift.
 #include <cairn/engine/island.hpp>
 #include <cairn/engine/solvers/block_cholesky.hpp>
