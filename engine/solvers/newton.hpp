@@ -81,7 +81,7 @@ private:
     static constexpr int guessSweeps = 10;
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
-    static constexpr int mostLifts = 2;
+    static constexpr int mostLifts = 8;
     static constexpr double slowDecrease = 0.25;
     static constexpr double stalledShare = 10;
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
