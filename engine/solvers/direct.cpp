@@ -23,16 +23,94 @@ constexpr int projectionPasses = 3;
 constexpr int polishSweeps = 20;
 
 // Surfaces this close (m) touch: no bias within. The corners of a box are one too many for a plane; without the band
-// their last nanometres would decide which of them bear the load.
-constexpr double touchBand = 1e-6;
+// their last nanometres would decide which of them bear the load. In float the last digits of a position are a
+// micrometre.
+template <class S>
+constexpr double touchBand = std::is_same_v<S, double> ? 1e-6 : 1e-5;
+
+// Newton works in double whatever the world's precision: a load of 1e4 : 1 leaves no digits of a float for the light
+// body.
+struct DirectMemory {
+    ContactNewton<double> newton;
+    Island<double> wide;  // bodies and rows of a float island, in double
+};
 
 template <class S>
-ContactNewton<S>& newtonOf(Island<S>& island) {
-    using Memory = std::shared_ptr<ContactNewton<S>>;
+DirectMemory& memoryOf(Island<S>& island) {
+    using Memory = std::shared_ptr<DirectMemory>;
     if (std::any_cast<Memory>(&island.memory.solver) == nullptr) {
-        island.memory.solver = std::make_shared<ContactNewton<S>>();
+        island.memory.solver = std::make_shared<DirectMemory>();
     }
     return **std::any_cast<Memory>(&island.memory.solver);
+}
+
+Row<double> widenRow(const Row<float>& row) {
+    Row<double> wide;
+    wide.a = row.a.cast<double>();
+    wide.b = row.b.cast<double>();
+    wide.C = static_cast<double>(row.C);
+    wide.compliance = static_cast<double>(row.compliance);
+    wide.damping = static_cast<double>(row.damping);
+    wide.lo = static_cast<double>(row.lo);
+    wide.hi = static_cast<double>(row.hi);
+    wide.velocity = static_cast<double>(row.velocity);
+    wide.lambda = static_cast<double>(row.lambda);
+    wide.isVelocity = row.isVelocity;
+    wide.isAngular = row.isAngular;
+    return wide;
+}
+
+RowBlock<double> widenBlock(const RowBlock<float>& block) {
+    RowBlock<double> wide;
+    wide.a = block.a;
+    wide.b = block.b;
+    wide.first = block.first;
+    wide.count = block.count;
+    wide.kind = block.kind;
+    wide.friction = static_cast<double>(block.friction);
+    wide.staticFriction = static_cast<double>(block.staticFriction);
+    wide.pointRows = block.pointRows;
+    wide.armA = block.armA.cast<double>();
+    wide.armB = block.armB.cast<double>();
+    return wide;
+}
+
+SolverBody<double> widenBody(const SolverBody<float>& body) {
+    SolverBody<double> wide;
+    wide.fixed = body.fixed;
+    wide.pose = body.pose.cast<double>();
+    wide.v = body.v.cast<double>();
+    wide.vBefore = body.vBefore.cast<double>();
+    wide.mass = static_cast<double>(body.mass);
+    wide.inverseMass = body.fixed ? 0 : 1 / wide.mass;
+    wide.inertia = body.inertia.cast<double>();
+    if (!body.fixed) {
+        wide.inverseInertia = wide.inertia.inverse();
+    }
+    return wide;
+}
+
+// The bodies and rows of an island as it stands, in double.
+const Island<double>& widen(const Island<double>& island, DirectMemory&) {
+    return island;
+}
+
+const Island<double>& widen(const Island<float>& island, DirectMemory& memory) {
+    Island<double>& wide = memory.wide;
+    wide.bodies.clear();
+    for (const SolverBody<float>& body : island.bodies) {
+        wide.bodies.push_back(widenBody(body));
+    }
+    wide.rows.clear();
+    for (const Row<float>& row : island.rows) {
+        wide.rows.push_back(widenRow(row));
+    }
+    wide.blocks.clear();
+    for (const RowBlock<float>& block : island.blocks) {
+        wide.blocks.push_back(widenBlock(block));
+    }
+    wide.jointBlocks = island.jointBlocks;
+    return wide;
 }
 
 // m/s, of the centres of mass at the start of the sub-step.
@@ -53,36 +131,33 @@ bool churns(const Island<S>& island) {
 
 // Whether no jointed body turns so far within the sub-step that its rows point elsewhere afterwards.
 template <class S>
-bool turnsLittle(const Island<S>& island, const ContactNewton<S>& newton, S h) {
+bool turnsLittle(const Island<S>& island, const ContactNewton<double>& newton, double h) {
     const auto turn = [&](int body) {
         return h * newton.problem.v[static_cast<std::size_t>(body)].template tail<3>().norm();
     };
-    return std::all_of(island.joints.begin(), island.joints.end(), [&](const auto& link) {
-        return turn(link.a) <= static_cast<S>(mostTurn) && turn(link.b) <= static_cast<S>(mostTurn);
-    });
+    return std::all_of(island.joints.begin(), island.joints.end(),
+                       [&](const auto& link) { return turn(link.a) <= mostTurn && turn(link.b) <= mostTurn; });
 }
 
 // Whether the forces of the joints swing no body through more than about a radian of phase within the sub-step. Rows
 // point where they did at its start, which is an explicit rule for the swing of a tight chain, and unstable from h
 // omega = 2 on. omega^2 is that of a body held by the force f at the end of an arm: |f| |arm| / I, the geometric
 // stiffness of the joint (seed 7.20).
-template <class S>
-bool swingsLittle(const Island<S>& island, const ContactNewton<S>& newton, S h) {
-    std::vector<S> stiffness(island.bodies.size(), S(0));
+bool swingsLittle(const Island<double>& island, const ContactNewton<double>& newton, double h) {
+    std::vector<double> stiffness(island.bodies.size(), 0.0);
     for (std::size_t k = 0; k < static_cast<std::size_t>(island.jointBlocks); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
-        Vec3<S> impulse = Vec3<S>::Zero();  // on b
+        const RowBlock<double>& block = island.blocks[k];
+        Vec3<double> impulse = Vec3<double>::Zero();  // on b
         for (int r = 0; r < block.pointRows; ++r) {
             const std::size_t i = static_cast<std::size_t>(block.first + r);
-            impulse += newton.problem.p[i] * island.rows[i].b.template head<3>();
+            impulse += newton.problem.p[i] * island.rows[i].b.head<3>();
         }
-        stiffness[static_cast<std::size_t>(block.a)] += std::max(S(0), -impulse.dot(block.armA)) / h;
-        stiffness[static_cast<std::size_t>(block.b)] += std::max(S(0), impulse.dot(block.armB)) / h;
+        stiffness[static_cast<std::size_t>(block.a)] += std::max(0.0, -impulse.dot(block.armA)) / h;
+        stiffness[static_cast<std::size_t>(block.b)] += std::max(0.0, impulse.dot(block.armB)) / h;
     }
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        const SolverBody<S>& body = island.bodies[i];
-        if (!body.fixed &&
-            h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > static_cast<S>(mostPhase)) {
+        const SolverBody<double>& body = island.bodies[i];
+        if (!body.fixed && h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > mostPhase) {
             return false;
         }
     }
@@ -96,12 +171,11 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
     constexpr double movingShare = 1e-4;
     constexpr double liftShare = 5e-3;
     const double speed = static_cast<double>(fastestSpeed(island));
-    const bool isDouble = std::is_same_v<S, double>;
     NewtonOptions options;
     // A loose grip takes fewer rounds where contacts open and shut; a tight one fewer where rows stay.
-    options.regularisation = churns(island) ? 1e-2 : (isDouble ? 1e-4 : 1e-3);
-    options.leastRegularisation = isDouble ? 1e-9 : 1e-6;
-    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (isDouble ? 1e-6 : 2e-4);
+    options.regularisation = churns(island) ? 1e-2 : 1e-4;
+    options.leastRegularisation = 1e-9;
+    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (std::is_same_v<S, double> ? 1e-6 : 2e-5);
     if (!island.patches.empty()) {
         options.tolerance = std::max(options.tolerance, movingShare * speed);
     }
@@ -113,32 +187,31 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
     return options;
 }
 
-template <class S>
-void fillProblem(Island<S>& island, ContactNewton<S>& newton, const SolverSettings& settings, S h) {
-    RowProblem<S>& problem = newton.problem;
-    const S gentle = static_cast<S>(smallError) / h;
-    const S band = static_cast<S>(touchBand);
+void fillProblem(const Island<double>& island, ContactNewton<double>& newton, const SolverSettings& settings,
+                 double band, double h) {
+    RowProblem<double>& problem = newton.problem;
+    const double gentle = smallError / h;
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+        const RowBlock<double>& block = island.blocks[k];
         problem.friction[k] = frictionCoefficient(island, block);
         for (int r = 0; r < block.count; ++r) {
             const std::size_t i = static_cast<std::size_t>(block.first + r);
-            const Row<S>& row = island.rows[i];
+            const Row<double>& row = island.rows[i];
             bool hard = false;
-            RowTerms<S>& t = problem.terms[i];
+            RowTerms<double>& t = problem.terms[i];
             t = rowTerms(row, island.mobility(row, block), h, hard);
             if (hard) {
-                const S C = block.kind == BlockKind::Contact ? row.C - std::clamp(row.C, -band, band) : row.C;
-                const bool open = row.lo == S(0) && C > S(0);
+                const double C = block.kind == BlockKind::Contact ? row.C - std::clamp(row.C, -band, band) : row.C;
+                const bool open = row.lo == 0.0 && C > 0.0;
                 t.bias = open ? C / h : std::clamp(C / h, -gentle, gentle);
             }
-            problem.p[i] = row.lambda * h * static_cast<S>(settings.def.warmStart);
+            problem.p[i] = row.lambda * h * settings.def.warmStart;
         }
         if (block.kind == BlockKind::Contact && block.count == 3) {
             // The share of last step's friction that today's coefficient still carries.
-            S* p = &problem.p[static_cast<std::size_t>(block.first)];
-            const S length = std::hypot(p[1], p[2]);
-            const S most = problem.friction[k] * p[0];
+            double* p = &problem.p[static_cast<std::size_t>(block.first)];
+            const double length = std::hypot(p[1], p[2]);
+            const double most = problem.friction[k] * p[0];
             if (length > most) {
                 p[1] *= most / length;
                 p[2] *= most / length;
@@ -170,34 +243,32 @@ S worstError(const Island<S>& island) {
 
 // The problem of moving the bodies by h v, as little as may be (in the metric of mass), to where the hard rows are
 // obeyed. Friction, motors and springs have no part in it.
-template <class S>
-void fillProjection(Island<S>& island, ContactNewton<S>& newton, S pushOut, S h) {
-    RowProblem<S>& problem = newton.problem;
+void fillProjection(const Island<double>& island, ContactNewton<double>& newton, double pushOut, double h) {
+    RowProblem<double>& problem = newton.problem;
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
-        problem.friction[k] = S(-1);
+        const RowBlock<double>& block = island.blocks[k];
+        problem.friction[k] = -1;
         for (std::size_t i = static_cast<std::size_t>(block.first);
              i < static_cast<std::size_t>(block.first + block.count); ++i) {
-            const Row<S>& row = island.rows[i];
-            RowTerms<S>& t = problem.terms[i];
+            const Row<double>& row = island.rows[i];
+            RowTerms<double>& t = problem.terms[i];
             t = {};
-            problem.p[i] = S(0);
+            problem.p[i] = 0.0;
             if (row.isVelocity || row.isSoft()) {
                 continue;
             }
-            const bool equality = row.lo < S(0) && row.hi > S(0);
+            const bool equality = row.lo < 0.0 && row.hi > 0.0;
             t.mobility = island.mobility(row, block);
             t.lo = row.lo;
             t.hi = row.hi;
             t.bias = equality ? std::clamp(row.C / h, -pushOut, pushOut) : std::max(row.C / h, -pushOut);
         }
     }
-    for (Vec6<S>& v : newton.vStar) {
+    for (Vec6<double>& v : newton.vStar) {
         v.setZero();
     }
 }
 
-template <class S>
 void takeReport(const NewtonReport& newton, SolveReport& report) {
     report.newtonRounds += newton.rounds;
     report.factorisations += newton.factorisations;
@@ -213,8 +284,9 @@ int Direct<S>::substeps(Island<S>&, S) const {
 template <class S>
 typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
     island.linearize();
-    ContactNewton<S>& newton = newtonOf(island);
-    newton.prepare(island);
+    DirectMemory& memory = memoryOf(island);
+    ContactNewton<double>& newton = memory.newton;
+    newton.prepare(widen(island, memory));
     return {newton.work(), newton.work() * (churns(island) ? 30 : 3)};
 }
 
@@ -227,18 +299,20 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     resolveImpacts(island, settings_, h);
     report.rows = static_cast<int>(island.rows.size());
 
-    ContactNewton<S>& newton = newtonOf(island);
-    newton.prepare(island);
-    fillProblem(island, newton, settings_, h);
+    DirectMemory& memory = memoryOf(island);
+    const Island<double>& wide = widen(island, memory);
+    ContactNewton<double>& newton = memory.newton;
+    const double hWide = static_cast<double>(h);
+    newton.prepare(wide);
+    fillProblem(wide, newton, settings_, touchBand<S>, hWide);
     const NewtonOptions options = optionsFor(island, settings_);
-    NewtonReport solved = newton.solve(island, options);
-    takeReport<S>(solved, report);
+    NewtonReport solved = newton.solve(wide, options);
+    takeReport(solved, report);
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
     const bool quiet = !churns(island);
     const bool shortEnough =
-        !island.mayRefuse || (turnsLittle(island, newton, h) && (!quiet || swingsLittle(island, newton, h)));
-    const bool closed =
-        solved.converged && shortEnough && (!quiet || correctJoints(island, newton, options, h, report));
+        !island.mayRefuse || (turnsLittle(island, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
+    const bool closed = solved.converged && shortEnough && (!quiet || correctJoints(island, options, h, report));
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
     if (solved.converged ? !closed && island.mayRefuse : island.mayRefuse || island.mayRestart) {
@@ -246,14 +320,14 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
         return report;
     }
     if (!solved.converged) {
-        solved.residual = newton.polish(island, polishSweeps);
+        solved.residual = newton.polish(wide, polishSweeps);
     }
     report.residual = solved.residual;
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        island.bodies[i].v = newton.problem.v[i];
+        island.bodies[i].v = newton.problem.v[i].template cast<S>();
     }
     for (std::size_t i = 0; i < island.rows.size(); ++i) {
-        island.rows[i].lambda = newton.problem.p[i] / h;
+        island.rows[i].lambda = static_cast<S>(newton.problem.p[i] / hWide);
     }
     island.storeLambda();
     island.integrate(h);
@@ -262,23 +336,25 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
 }
 
 template <class S>
-bool Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const NewtonOptions& options, S h,
-                              SolveReport& report) const {
+bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S h, SolveReport& report) const {
     if (island.jointBlocks == 0) {
         return true;
     }
+    DirectMemory& memory = memoryOf(island);
+    const Island<double>& wide = widen(island, memory);
+    ContactNewton<double>& newton = memory.newton;
     const std::vector<SolverBody<S>> start = island.bodies;
     const S gentle = static_cast<S>(smallError);
     // No tighter than what the velocities are solved to.
     const S tolerance = std::max(static_cast<S>(jointTolerance), S(2) * h * static_cast<S>(options.tolerance));
-    const RowProblem<S> uncorrected = newton.problem;
+    const RowProblem<double> uncorrected = newton.problem;
     NewtonOptions onwards = options;
     onwards.goesOn = true;
     std::vector<S> C;
     S worst = 0;
     for (int round = 0; round < jointRounds; ++round) {
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-            island.bodies[i].v = newton.problem.v[i];
+            island.bodies[i].v = newton.problem.v[i].template cast<S>();
         }
         island.integrate(h);
         island.jointErrors(C);
@@ -292,13 +368,13 @@ bool Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const
             }
             const S error = C[i] - row.C + std::clamp(row.C, -gentle, gentle);
             worst = std::max(worst, std::abs(error));
-            newton.problem.terms[i].bias += error / h;
+            newton.problem.terms[i].bias += static_cast<double>(error / h);
         }
         if (worst <= tolerance) {
             return true;
         }
-        const NewtonReport again = newton.solve(island, onwards);
-        takeReport<S>(again, report);
+        const NewtonReport again = newton.solve(wide, onwards);
+        takeReport(again, report);
         if (!again.converged) {
             break;
         }
@@ -310,7 +386,8 @@ bool Direct<S>::correctJoints(Island<S>& island, ContactNewton<S>& newton, const
 
 template <class S>
 void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const {
-    ContactNewton<S>& newton = newtonOf(island);
+    DirectMemory& memory = memoryOf(island);
+    ContactNewton<double>& newton = memory.newton;
     NewtonOptions options = optionsFor(island, settings_);
     options.tolerance = 0.1 * smallError / static_cast<double>(h);
     S before = infinity<S>();
@@ -326,16 +403,18 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
             rows = island.rows;
         }
         island.linearize();
-        newton.prepare(island);
+        const Island<double>& wide = widen(island, memory);
+        newton.prepare(wide);
         newton.forget();
-        fillProjection(island, newton, static_cast<S>(settings_.maxPushOutSpeed), h);
-        takeReport<S>(newton.solve(island, options), report);
+        fillProjection(wide, newton, settings_.maxPushOutSpeed, static_cast<double>(h));
+        takeReport(newton.solve(wide, options), report);
         const std::vector<SolverBody<S>> unmoved = island.bodies;
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
             SolverBody<S>& body = island.bodies[i];
             if (!body.fixed) {
-                body.pose.position += h * newton.problem.v[i].template head<3>();
-                body.pose.rotation = rotated<S>(body.pose.rotation, h * newton.problem.v[i].template tail<3>());
+                const Vec6<S> moved = h * newton.problem.v[i].template cast<S>();
+                body.pose.position += moved.template head<3>();
+                body.pose.rotation = rotated<S>(body.pose.rotation, moved.template tail<3>());
             }
         }
         if (!(worstError(island) < worst)) {

@@ -5,7 +5,7 @@
 //     error of the linearisation vanishes and energy is kept); move; what error is left (bodies born overlapping) is
 //     projected away without speed.
 // Cost: one sparse factor a Newton round, none where last step's lambda still answers: n on chains and towers, n^1.5 on
-// walls, n^2 in 3-D heaps. Use it wherever it is affordable.
+// walls, n^2 in 3-D heaps. Use it wherever it is affordable. Its arithmetic is double in a float world too.
 #include <cairn/engine/solvers/newton.hpp>
 #include <cairn/engine/solvers/solver.hpp>
 
@@ -30,8 +30,7 @@ public:
     void projectErrors(Island<S>& island, S h, SolveReport& report) const;
 
 private:
-    bool correctJoints(Island<S>& island, ContactNewton<S>& newton, const NewtonOptions& options, S h,
-                       SolveReport& report) const;
+    bool correctJoints(Island<S>& island, const NewtonOptions& options, S h, SolveReport& report) const;
 
     SolverSettings settings_;
 };
