@@ -239,7 +239,7 @@ Shape convexHull(const std::vector<Vec3d>& points, int maxVertices) {
     }
     const std::vector<Vec3d> distinct = withoutDoubles(points, closeness * size);
     simplex(distinct, size);
-    const Shape shape = makeShape(distinct, size);
+    Shape shape = makeShape(distinct, size);
     const auto most = static_cast<std::size_t>(maxVertices);
     if (most == 0 || shape.hull->vertices.size() <= most) {
         return shape;
