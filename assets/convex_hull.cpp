@@ -1,5 +1,5 @@
 #include <cairn/assets/convex_hull.hpp>
-#include <cairn/collision/hull.hpp>
+#include <cairn/collision/collision.hpp>
 
 #include <libqhull_r/qhull_ra.h>
 #include <algorithm>

@@ -3,8 +3,7 @@
 #include <cairn/assets/mesh_file.hpp>
 #include <cairn/assets/nearest.hpp>
 #include <cairn/assets/scene_file.hpp>
-#include <cairn/collision/collision_mesh.hpp>
-#include <cairn/collision/hull.hpp>
+#include <cairn/collision/collision.hpp>
 
 #include <charconv>
 #include <fstream>

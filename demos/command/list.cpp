@@ -1,6 +1,6 @@
 // cairn list: what there is to run.
 #include <cairn/demos/command/command.hpp>
-#include <cairn/engine/solvers/solver.hpp>
+#include <cairn/engine/engine.hpp>
 
 #include <cstdio>
 

@@ -2,6 +2,7 @@
 // A solver advances one island by one sub-step: predict, solve, move. It keeps no state of its own between calls;
 // lambda lives with the constraints, so solvers can be swapped in mid-run.
 #include <cairn/engine/island.hpp>
+#include <cairn/engine/solver_list.hpp>
 
 #include <memory>
 #include <string_view>
@@ -16,12 +17,6 @@ public:
     // Sub-steps that this island should be given in a step of dt; the user's number where there is one.
     virtual int substeps(Island<S>& island, S dt) const = 0;
 };
-
-struct SolverInfo {
-    const char* name;
-    const char* help;
-};
-const std::vector<SolverInfo>& solverList();
 
 // Throws InputError for an unknown name (naming the known ones) or a setting out of range.
 template <class S>
