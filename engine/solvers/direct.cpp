@@ -170,6 +170,7 @@ template <class S>
 NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings) {
     constexpr double movingShare = 1e-4;
     constexpr double liftShare = 5e-3;
+    constexpr double jointShare = 0.01;
     const double speed = static_cast<double>(fastestSpeed(island));
     NewtonOptions options;
     // A loose grip takes fewer rounds where contacts open and shut; a tight one fewer where rows stay.
@@ -178,6 +179,9 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (std::is_same_v<S, double> ? 1e-6 : 2e-5);
     if (!island.patches.empty()) {
         options.tolerance = std::max(options.tolerance, movingShare * speed);
+    } else {
+        // Joints alone converge at the price of a substitution a round, and their forces are read by games.
+        options.tolerance *= jointShare;
     }
     options.liftTolerance = std::max(1e-3, liftShare * speed);
     options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 60;

@@ -406,22 +406,49 @@ void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
 }
 
 template <class S>
-double ContactNewton<S>::updateLift(const Island<S>& island, bool accelerate) {
-    S worst = 0;
+void ContactNewton<S>::startLift(const Island<S>& island) {
+    lift_.assign(island.blocks.size(), S(0));
+    liftError_.assign(island.blocks.size(), S(0));
+    liftGain_ = S(1);
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
         const std::size_t i = at(block.first);
-        if (!isCone(island, k) || !(problem.p[i] > S(0))) {
-            continue;
+        if (isCone(island, k) && problem.p[i] > S(0)) {
+            const Vec6<S>& va = island.bodies[at(block.a)].vBefore;
+            const Vec6<S>& vb = island.bodies[at(block.b)].vBefore;
+            const auto speed = [&](const Row<S>& row) { return row.a.dot(va) + row.b.dot(vb); };
+            lift_[k] = problem.friction[k] * std::hypot(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
         }
-        const S mu = problem.friction[k];
-        const S slide =
-            std::hypot(problem.rowVelocity(island.rows[i + 1], block), problem.rowVelocity(island.rows[i + 2], block));
-        // A single contact answers a change of its lift with mu^2 / (1 + mu^2) of it, so that this step is Newton's.
-        const S gain = accelerate ? std::min(S(1) + mu * mu, S(2)) : S(1);
-        const S change = gain * (mu * slide - lift_[k]);
-        lift_[k] += change;
-        worst = std::max(worst, std::abs(change));
+    }
+}
+
+template <class S>
+double ContactNewton<S>::updateLift(const Island<S>& island) {
+    S worst = 0;
+    S along = 0;
+    S before = 0;
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        const std::size_t i = at(block.first);
+        S error = 0;
+        // A lift that is too high keeps its contact open: it must come down where nothing is carried, too.
+        if (isCone(island, k) && (problem.p[i] > S(0) || lift_[k] > S(0))) {
+            error = problem.friction[k] * std::hypot(problem.rowVelocity(island.rows[i + 1], block),
+                                                     problem.rowVelocity(island.rows[i + 2], block)) -
+                    lift_[k];
+        }
+        along += error * liftError_[k];
+        before += liftError_[k] * liftError_[k];
+        liftError_[k] = error;
+        worst = std::max(worst, std::abs(error));
+    }
+    // A lift answers its own change with a share of it; what the last step left of the error tells the share (Aitken).
+    if (before > S(0)) {
+        const S left = std::clamp(along / before, S(-1), S(0.8));
+        liftGain_ = std::clamp(liftGain_ / (S(1) - left), S(0.3), S(4));
+    }
+    for (std::size_t k = 0; k < lift_.size(); ++k) {
+        lift_[k] = std::max(S(0), lift_[k] + liftGain_ * liftError_[k]);
     }
     return static_cast<double>(worst);
 }
@@ -504,9 +531,8 @@ template <class S>
 NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOptions& options) {
     NewtonReport report;
     start_ = problem.p;
-    lift_.assign(island.blocks.size(), S(0));
+    startLift(island);
     momentumVelocity(island);
-    updateLift(island, false);
     report.residual = residual(island);
     if (report.residual <= options.tolerance) {
         report.converged = true;
@@ -518,6 +544,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
 
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
+    std::vector<S> settled;  // impulses of the last lift that was solved
     double before = std::numeric_limits<double>::infinity();
     int lifts = 0;
     while (report.rounds < options.maxRounds) {
@@ -528,10 +555,11 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
             momentumVelocity(island);
             report.residual = residual(island);
             if (report.residual <= options.tolerance) {
-                if (lifts == mostLifts || updateLift(island, true) <= options.liftTolerance) {
-                    report.converged = true;
+                report.converged = true;
+                if (lifts == mostLifts || updateLift(island) <= options.liftTolerance) {
                     return report;
                 }
+                settled = problem.p;
                 ++lifts;
                 before = std::numeric_limits<double>::infinity();
             } else {
@@ -562,6 +590,12 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
         factor_.solve(g);
         ++report.rounds;
         lineSearch(island, u_, g);
+    }
+    if (report.converged) {
+        // The rounds ran out on a later lift: the last one that was solved stands.
+        problem.p = settled;
+        momentumVelocity(island);
+        return report;
     }
     evaluate(island, problem.p, g);
     momentumVelocity(island);

@@ -12,8 +12,8 @@
 // blow up. Around it:
 //   - the centre moves to the present p until the bias of d has vanished (augmented Lagrangian);
 //   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's
-//   term, brings
-//     the contact back to u_n = 0. Each raise is a Newton step of one contact on its own lift.
+//   term,
+//     brings the contact back to u_n = 0: a fixed point that Aitken's rule speeds up.
 #include <cairn/engine/island.hpp>
 #include <cairn/engine/solvers/block_cholesky.hpp>
 #include <cairn/engine/solvers/sweep.hpp>
@@ -65,7 +65,8 @@ private:
                problem.friction[block] >= S(0);
     }
     void regularise(const Island<S>& island, S reg);
-    double updateLift(const Island<S>& island, bool accelerate);
+    void startLift(const Island<S>& island);
+    double updateLift(const Island<S>& island);
     S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
     bool stillHolds(const Island<S>& island) const;
     void momentumVelocity(const Island<S>& island);
@@ -92,10 +93,12 @@ private:
     std::vector<std::uint8_t> edgeFlipped_;
     BlockCholesky<S> factor_;
 
-    std::vector<S> delta_;             // regularisation of each row
-    std::vector<S> centre_;            // pc
-    std::vector<S> start_;             // impulses that the last solve() was given
-    std::vector<S> lift_;              // of each block, m/s: De Saxce's mu |u_t|
+    std::vector<S> delta_;      // regularisation of each row
+    std::vector<S> centre_;     // pc
+    std::vector<S> start_;      // impulses that the last solve() was given
+    std::vector<S> lift_;       // of each block, m/s: De Saxce's mu |u_t|
+    std::vector<S> liftError_;  // mu |u_t| - lift, m/s
+    S liftGain_ = 1;
     std::vector<Mat3<S>> coneWeight_;  // of each block, as factored
     std::vector<S> weight_;            // of each row, as factored
     bool factored_ = false;
