@@ -39,7 +39,8 @@ struct Builder {
                           .rotation = root.rotation,
                           .linearVelocity = velocity,
                           .mass = share * bodyMass,
-                          .angularDamping = 0.1});
+                          // Flesh: limbs on joints without friction would swing for minutes.
+                          .angularDamping = 2});
     }
 
     static Shape boxBetween(double halfWidth, double low, double high, double halfDepth) {

@@ -23,8 +23,8 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
     const auto cost = direct_->predictCost(island);
     island.sweeps = memory.sweepSteps > 0 || cost.step > bound;
     island.roundCap = std::max(fewestRounds, static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
-    // Joints are worth shorter sub-steps where those are cheap.
-    island.mayHalveOnFailure = !island.joints.empty() && cost.factor * 30 * 8 < bound;
+    // Sweeps leave joints open by millimetres: those are worth shorter sub-steps first.
+    island.mayHalveOnFailure = !island.joints.empty();
     memory.sweepSteps = std::max(0, memory.sweepSteps - 1);
     return island.sweeps ? gaussSeidel_->substeps(island, dt) : direct_->substeps(island, dt);
 }
