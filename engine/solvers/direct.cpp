@@ -170,19 +170,21 @@ template <class S>
 NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings) {
     constexpr double movingShare = 1e-4;
     constexpr double liftShare = 5e-3;
-    constexpr double jointShare = 0.01;
+    constexpr double jointShare = 0.1;
     const double speed = static_cast<double>(fastestSpeed(island));
     NewtonOptions options;
     // A loose grip takes fewer rounds where contacts open and shut; a tight one fewer where rows stay.
     options.regularisation = churns(island) ? 1e-2 : 1e-4;
     options.leastRegularisation = 1e-9;
-    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (std::is_same_v<S, double> ? 1e-6 : 2e-5);
+    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (std::is_same_v<S, double> ? 1e-7 : 2e-5);
     if (!island.patches.empty()) {
         options.tolerance = std::max(options.tolerance, movingShare * speed);
     } else {
         // Joints alone converge at the price of a substitution a round, and their forces are read by games.
         options.tolerance *= jointShare;
     }
+    // At rest little is left to contradiction: creep would add up.
+    options.stalled = options.tolerance * (island.patches.empty() || churns(island) ? 10 : 2);
     options.liftTolerance = std::max(1e-3, liftShare * speed);
     options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 60;
     if (island.roundCap > 0) {
@@ -394,6 +396,7 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
     ContactNewton<double>& newton = memory.newton;
     NewtonOptions options = optionsFor(island, settings_);
     options.tolerance = 0.1 * smallError / static_cast<double>(h);
+    options.stalled = 10 * options.tolerance;
     S before = infinity<S>();
     std::vector<Row<S>> rows;  // of the sub-step itself, which its reports go by
     for (int pass = 0; pass < projectionPasses; ++pass) {

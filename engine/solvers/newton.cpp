@@ -567,8 +567,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
                 // Rows that contradict each other (a body wedged between walls) stall too, near tolerance: that is
                 // their answer.
                 if (report.residual > slowDecrease * before) {
-                    if (report.residual <= stalledShare * options.tolerance ||
-                        reg <= static_cast<S>(options.leastRegularisation)) {
+                    if (report.residual <= options.stalled || reg <= static_cast<S>(options.leastRegularisation)) {
                         report.converged = true;
                         return report;
                     }

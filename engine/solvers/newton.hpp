@@ -25,6 +25,7 @@ struct NewtonOptions {
     double leastRegularisation = 0;  // of A_ii, where mass ratios ask for less
     double tolerance = 0;            // m/s
     double liftTolerance = 0;        // m/s
+    double stalled = 0;              // m/s, residual that is accepted where the rows contradict each other
     int maxRounds = 0;
     bool goesOn = false;  // the terms differ little from those of the last solve(): its answer is guess enough
 };
@@ -84,7 +85,6 @@ private:
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
     static constexpr int mostLifts = 8;
     static constexpr double slowDecrease = 0.25;
-    static constexpr double stalledShare = 10;
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
     std::vector<int> node_;  // of each body; -1: fixed
