@@ -80,11 +80,12 @@ private:
     S gradient(const Island<S>& island, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
     void lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
 
-    static constexpr int guessSweeps = 10;
+    static constexpr int guessSweeps = 10;      // of Gauss-Seidel, from which a cold start takes its first active set
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
-    static constexpr int mostLifts = 8;
-    static constexpr double slowDecrease = 0.25;
+    static constexpr int mostLifts = 8;  // corrections of the lift; what is left after them shows as hovering
+    static constexpr double slowDecrease =
+        0.25;  // of the residual from centre to centre, above which the grip tightens
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
     std::vector<int> node_;  // of each body; -1: fixed
