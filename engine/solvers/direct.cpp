@@ -293,7 +293,7 @@ typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
     DirectMemory& memory = memoryOf(island);
     ContactNewton<double>& newton = memory.newton;
     newton.prepare(widen(island, memory));
-    return {newton.work(), newton.work() * (churns(island) ? 30 : 3)};
+    return {newton.work(), newton.work() * (churns(island) ? 30 : 1)};
 }
 
 template <class S>

@@ -20,7 +20,8 @@ public:
 
     struct Cost {
         double factor = 0;  // block multiply-adds of one factor of the island
-        double step = 0;  // of a sub-step: times 3 rounds at rest or with joints alone, 30 where contacts open and shut
+        double step =
+            0;  // of a sub-step: of one round at rest or with joints alone, of 30 where contacts open and shut
     };
     // What a sub-step of the island is expected to cost. Collects the rows.
     Cost predictCost(Island<S>& island) const;
