@@ -17,7 +17,6 @@ S combined(double a, double b) {
     return static_cast<S>(std::sqrt(a * b));
 }
 
-template <class S>
 double staticFriction(const Material& m) {
     return std::max(m.friction, m.staticFriction);
 }
@@ -44,7 +43,7 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
     const Material& materialA = a.def.shapes[manifold.shapeA].material;
     const Material& materialB = b.def.shapes[manifold.shapeB].material;
     patch.friction = combined<S>(materialA.friction, materialB.friction);
-    patch.staticFriction = combined<S>(staticFriction<S>(materialA), staticFriction<S>(materialB));
+    patch.staticFriction = combined<S>(staticFriction(materialA), staticFriction(materialB));
     patch.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
     const std::array<int, 4> match =
         before != nullptr ? matchPoints(before->manifold, manifold) : std::array<int, 4>{-1, -1, -1, -1};

@@ -56,7 +56,8 @@ struct SolverDef {
     double relaxation = 0;      // of a sweep, in (0, 2); 1: plain Gauss-Seidel
     double warmStart = 1;       // share of the last step's lambda that a step starts from, in [0, 1]
     double tolerance = 0;       // m/s: direct ends when no row's velocity is wrong by more
-    double directWork = 0;      // auto: most multiply-adds a factor of one island may cost before sweeps take over
+    double directWork =
+        0;  // auto: 6x6 block multiply-adds that a sub-step of one island may cost before sweeps take over
 };
 
 struct SleepDef {

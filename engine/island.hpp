@@ -51,7 +51,6 @@ struct SolverSettings {
     SolverDef def;
     double restitutionSpeed = 0;
     double maxPushOutSpeed = 0;
-    double dt = 0;  // s, of the whole step
 };
 
 // What a solver says of one sub-step; summed over sub-steps and islands.
