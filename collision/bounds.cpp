@@ -1,5 +1,6 @@
 #include <cairn/base/base.hpp>
 #include <cairn/collision/collision_mesh.hpp>
+#include <cairn/collision/height_field.hpp>
 #include <cairn/collision/hull.hpp>
 #include <cairn/collision/shape.hpp>
 
@@ -21,15 +22,18 @@ Aabb merged(const Aabb& a, const Aabb& b) {
     return {a.min.cwiseMin(b.min), a.max.cwiseMax(b.max)};
 }
 
-Aabb boundsOfPoints(const std::vector<Vec3d>& points, const Mat3d& rotation, const Vec3d& position) {
-    Vec3d low = Vec3d::Constant(infinity);
-    Vec3d high = Vec3d::Constant(-infinity);
-    for (const Vec3d& point : points) {
-        const Vec3d turned = rotation * point;
-        low = low.cwiseMin(turned);
-        high = high.cwiseMax(turned);
+Aabb boundsOfBox(const Aabb& local, const Mat3d& rotation, const Vec3d& position) {
+    const Vec3d half = 0.5 * (local.max - local.min);
+    return around(position + rotation * Vec3d(local.min + half), rotation.cwiseAbs() * half);
+}
+
+// Of a mesh or height field, in its own frame.
+Aabb localBounds(const Shape& shape) {
+    if (shape.kind == ShapeKind::HeightField) {
+        return shape.field->bounds();
     }
-    return {position + low, position + high};
+    const Aabb& box = shape.mesh->bounds();
+    return {box.min.cwiseProduct(shape.size), box.max.cwiseProduct(shape.size)};
 }
 
 Aabb boundsOfHull(const Hull& hull, const Mat3d& rotation, const Vec3d& position) {
@@ -88,15 +92,16 @@ Aabb boundsOfShape(const Shape& shape, const Posed& worldFromShape) {
             return boundsOfHalfSpace(normal, shape.offset + normal.dot(p));
         }
         case ShapeKind::Mesh:
-            return boundsOfPoints(shape.mesh->triangles().vertices, rotation, p);
+        case ShapeKind::HeightField:
+            return boundsOfBox(localBounds(shape), rotation, p);
     }
     return {p, p};
 }
 
-double farthestVertex(const std::vector<Vec3d>& vertices, const Vec3d& centre) {
+double farthestVertex(const std::vector<Vec3d>& vertices, const Vec3d& centre, const Vec3d& scale = Vec3d::Ones()) {
     double squared = 0;
     for (const Vec3d& vertex : vertices) {
-        squared = std::max(squared, (vertex - centre).squaredNorm());
+        squared = std::max(squared, (vertex.cwiseProduct(scale) - centre).squaredNorm());
     }
     return std::sqrt(squared);
 }
@@ -162,7 +167,14 @@ double farthest(const Shape& shape, const Vec3d& c) {
         case ShapeKind::HalfSpace:
             return infinity;
         case ShapeKind::Mesh:
-            return farthestVertex(shape.mesh->triangles().vertices, c);
+            return farthestVertex(shape.mesh->triangles().vertices, c, shape.size);
+        case ShapeKind::HeightField: {
+            double most = 0;
+            for (int id = 0; id < shape.field->columns() * shape.field->rows(); ++id) {
+                most = std::fmax(most, (shape.field->vertex(id) - c).norm());
+            }
+            return most;
+        }
     }
     return infinity;
 }
@@ -213,6 +225,7 @@ double innerRadius(const Shape& shape) {
         case ShapeKind::HalfSpace:
             return infinity;
         case ShapeKind::Mesh:
+        case ShapeKind::HeightField:
             return 0;
     }
     return 0;

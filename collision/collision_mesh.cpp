@@ -1,5 +1,6 @@
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <cairn/base/base.hpp>
+#include <cairn/collision/box_walk.hpp>
 #include <cairn/collision/collision_mesh.hpp>
 #include <cairn/collision/fcl_layout.hpp>
 
@@ -144,7 +145,9 @@ CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique
             ++end;
         }
         // A border, a seam of more than two triangles, or of two turned against each other stays active.
-        if (end - i == 2 && sides[i].rising != sides[i + 1].rising) {
+        const bool isSeam = end - i == 2 && sides[i].rising != sides[i + 1].rising;
+        isClosed_ = isClosed_ && isSeam;
+        if (isSeam) {
             const Side& a = sides[i];
             const Side& b = sides[i + 1];
             const Vec3d& onEdge = corner(a.triangle, a.k);
@@ -177,6 +180,52 @@ CollisionMesh::~CollisionMesh() = default;
 
 bool CollisionMesh::edgeIsActive(int triangle, int k) const {
     return (activeEdges_[static_cast<std::size_t>(triangle)] >> static_cast<unsigned>(k)) & 1u;
+}
+
+namespace {
+
+// The walk over FCL's nodes by their index.
+template <class Model, class Measure, class Visit>
+void walk(const Model& model, double limit, Measure measure, Visit visit) {
+    walkNearest(
+        0, limit,
+        [&](int node, double within) {
+            const auto& bv = model.getBV(node).bv;
+            return measure(bv.min_, bv.max_, within);
+        },
+        [&](int node) { return model.getBV(node).isLeaf(); },
+        [&](int node, int side) { return side == 0 ? model.getBV(node).leftChild() : model.getBV(node).rightChild(); },
+        [&](int node, double within) { return visit(model.getBV(node).primitiveId(), within); });
+}
+
+}  // namespace
+
+void CollisionMesh::sweep(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, const Vec3d& scale,
+                          double limit, FunctionRef<double(int, double)> visit) const {
+    const BoxSweep sweep(origin, motion, halfExtents);
+    walk(
+        tree_->model, limit,
+        [&](const Vec3d& low, const Vec3d& high, double within) {
+            return sweep.entry(low.cwiseProduct(scale), high.cwiseProduct(scale), within);
+        },
+        visit);
+}
+
+void CollisionMesh::near(const Aabb& box, const Vec3d& scale, double limit,
+                         FunctionRef<double(int, double)> visit) const {
+    walk(
+        tree_->model, limit,
+        [&](const Vec3d& low, const Vec3d& high, double) {
+            return boxDistance(box, low.cwiseProduct(scale), high.cwiseProduct(scale));
+        },
+        visit);
+}
+
+std::size_t CollisionMesh::memory() const {
+    const auto& model = tree_->model;
+    return sizeof(*this) + triangles_.vertices.capacity() * sizeof(Vec3d) +
+           triangles_.triangles.capacity() * sizeof(std::array<int, 3>) + normals_.capacity() * sizeof(Vec3d) +
+           activeEdges_.capacity() + static_cast<std::size_t>(model.memUsage(0));
 }
 
 void CollisionMesh::find(const Aabb& region, std::vector<int>& out) const {

@@ -1,6 +1,7 @@
 #pragma once
 // Static triangles stored in FCL's bounding volume hierarchy, which finds the candidates of a box; what touches them is
 // decided in mesh_manifold.cpp. Neighbours are found by place, so that a mesh need not be welded.
+#include <cairn/collision/function_ref.hpp>
 #include <cairn/collision/shape.hpp>
 
 namespace cairn {
@@ -17,8 +18,19 @@ public:
     // coplanar or the edge is concave, so that bodies do not catch on inner edges.
     bool edgeIsActive(int triangle, int k) const;
 
+    // Whether each edge has exactly one triangle on either side: only then is there an inside.
+    bool isClosed() const { return isClosed_; }
+
     // Appends the triangles whose boxes overlap `region` (shape frame), in rising order. Thread-safe.
     void find(const Aabb& region, std::vector<int>& out) const;
+    // Calls visit(triangle, limit) for the triangles that a box of these half extents may meet on its way from `origin`
+    // to origin + limit * motion, the nearer half of the tree first; visit answers the new limit. Coordinates are those
+    // of the mesh times `scale`. Thread-safe.
+    void sweep(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, const Vec3d& scale, double limit,
+               FunctionRef<double(int, double)> visit) const;
+    // The same for the triangles whose boxes are within `limit` (m) of a box.
+    void near(const Aabb& box, const Vec3d& scale, double limit, FunctionRef<double(int, double)> visit) const;
+    std::size_t memory() const;  // bytes, the tree included
 
 private:
     struct Tree;
@@ -26,6 +38,7 @@ private:
     std::vector<Vec3d> normals_;
     std::vector<std::uint8_t> activeEdges_;  // bit k: edge k
     Aabb bounds_;
+    bool isClosed_ = true;
     std::unique_ptr<Tree> tree_;
 };
 

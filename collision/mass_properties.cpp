@@ -83,6 +83,7 @@ Solid solid(const Shape& shape) {
             return hullSolid(*shape.hull);
         case ShapeKind::HalfSpace:
         case ShapeKind::Mesh:
+        case ShapeKind::HeightField:
             break;
     }
     throw InputError("shape", name(shape.kind), "it has no mass: use it on static bodies, or give the body a mass");

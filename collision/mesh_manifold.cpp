@@ -56,52 +56,6 @@ int edgeToward(const std::array<Vec3d, 3>& corners, const Vec3d& face, const Vec
     return best;
 }
 
-// Nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5). edges: bit k set where it lies on edge
-// k; two bits at a corner, none inside.
-Vec3d nearestOfTriangle(const std::array<Vec3d, 3>& c, const Vec3d& p, unsigned& edges) {
-    const Vec3d ab = c[1] - c[0];
-    const Vec3d ac = c[2] - c[0];
-    const Vec3d ap = p - c[0];
-    const double d1 = ab.dot(ap);
-    const double d2 = ac.dot(ap);
-    edges = 0;
-    if (d1 <= 0 && d2 <= 0) {
-        edges = 0b101;
-        return c[0];
-    }
-    const Vec3d bp = p - c[1];
-    const double d3 = ab.dot(bp);
-    const double d4 = ac.dot(bp);
-    if (d3 >= 0 && d4 <= d3) {
-        edges = 0b011;
-        return c[1];
-    }
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-        edges = 0b001;
-        return c[0] + ab * (d1 / (d1 - d3));
-    }
-    const Vec3d cp = p - c[2];
-    const double d5 = ab.dot(cp);
-    const double d6 = ac.dot(cp);
-    if (d6 >= 0 && d5 <= d6) {
-        edges = 0b110;
-        return c[2];
-    }
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-        edges = 0b100;
-        return c[0] + ac * (d2 / (d2 - d6));
-    }
-    const double va = d3 * d6 - d5 * d4;
-    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-        edges = 0b010;
-        return c[1] + (c[2] - c[1]) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
-    }
-    const double sum = va + vb + vc;
-    return c[0] + ab * (vb / sum) + ac * (vc / sum);
-}
-
 void sphereTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsigned active, const Convex& sphere,
                     double margin, std::uint64_t triangle, Clusters& clusters) {
     unsigned edges = 0;
@@ -122,15 +76,6 @@ void sphereTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsi
     }
     add(clusters, n, nearest, sphere.position - sphere.radius * n, mixIds(triangle, edges));
 }
-
-// One triangle that may touch, in the shape frame of the mesh.
-struct Triangle {
-    int index = 0;
-    std::array<int, 3> vertices{};
-    std::array<Vec3d, 3> corners;
-    Vec3d face;
-    unsigned active = 0;  // bit k: edge k can be touched from a side
-};
 
 // Which corners carry a point of the triangle: bit k.
 unsigned cornersUnder(const Triangle& t, const Vec3d& p) {
@@ -267,7 +212,7 @@ std::uint32_t patchOf(const Vec3d& n) {
 
 }  // namespace
 
-void meshAgainst(const CollisionMesh& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
                  std::vector<WorkManifold>& out) {
     Aabb box;
     int hint = 0;
@@ -276,7 +221,7 @@ void meshAgainst(const CollisionMesh& mesh, const Convex& b, double margin, Scra
         box.min[i] = -reach(b, -Vec3d::Unit(i), hint) - margin;
     }
     scratch.triangles.clear();
-    mesh.find(box, scratch.triangles);
+    findTriangles(mesh, box, scratch.triangles);
     if (scratch.triangles.empty()) {
         return;
     }
@@ -290,14 +235,7 @@ void meshAgainst(const CollisionMesh& mesh, const Convex& b, double margin, Scra
     waiting.clear();
     held.clear();
     for (const int index : scratch.triangles) {
-        Triangle t;
-        t.index = index;
-        t.vertices = mesh.triangles().triangles[static_cast<std::size_t>(index)];
-        for (std::size_t k = 0; k < 3; ++k) {
-            t.corners[k] = mesh.triangles().vertices[static_cast<std::size_t>(t.vertices[k])];
-            t.active |= mesh.edgeIsActive(index, static_cast<int>(k)) ? 1u << k : 0u;
-        }
-        t.face = mesh.normal(index);
+        const Triangle t = triangleOf(mesh, index);
         if (t.face.dot(centre - t.corners[0]) < 0) {
             continue;  // one-sided
         }

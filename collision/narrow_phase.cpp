@@ -13,6 +13,7 @@ int rank(ShapeKind kind) {
         case ShapeKind::HalfSpace:
             return 0;
         case ShapeKind::Mesh:
+        case ShapeKind::HeightField:
             return 1;
         case ShapeKind::Hull:
             return 2;
@@ -30,10 +31,6 @@ int rank(ShapeKind kind) {
             return 8;
     }
     return 9;
-}
-
-bool isConvex(ShapeKind kind) {
-    return kind != ShapeKind::HalfSpace && kind != ShapeKind::Mesh;
 }
 
 struct Frame {
@@ -64,8 +61,8 @@ void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, 
          NarrowCounts& counts, std::vector<WorkManifold>& out) {
     Scratch& scratch = scratchOfThread();
     const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
-    if (first.kind == ShapeKind::Mesh) {
-        meshAgainst(*first.mesh, b, margin, scratch, counts, out);
+    if (isSurface(first.kind)) {
+        meshAgainst(first, b, margin, scratch, counts, out);
         return;
     }
     ++counts.shapePairs;

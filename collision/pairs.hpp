@@ -1,9 +1,9 @@
 #pragma once
 // Inside collision/ only. One function a family of pairs; narrow_phase.cpp chooses among them. The first shape stands
 // at the work frame's origin. Each appends nothing but answers whether anything is within the margin.
-#include <cairn/collision/collision_mesh.hpp>
 #include <cairn/collision/gjk.hpp>
 #include <cairn/collision/manifold.hpp>
+#include <cairn/collision/triangles.hpp>
 
 namespace cairn {
 
@@ -47,8 +47,8 @@ struct SurfacePoint {
 };
 SurfacePoint nearestSurface(const Convex& shape, const Vec3d& point);
 
-// mesh_manifold.cpp: b is convex; appends one manifold a patch.
-void meshAgainst(const CollisionMesh& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+// mesh_manifold.cpp: a mesh or height field and a convex shape; appends one manifold a patch.
+void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
                  std::vector<WorkManifold>& out);
 
 }  // namespace cairn

@@ -1,5 +1,6 @@
 #include <cairn/base/base.hpp>
 #include <cairn/collision/collision_mesh.hpp>
+#include <cairn/collision/height_field.hpp>
 #include <cairn/collision/hull.hpp>
 #include <cairn/collision/shape.hpp>
 
@@ -73,6 +74,8 @@ const char* name(ShapeKind kind) {
             return "halfspace";
         case ShapeKind::Mesh:
             return "mesh";
+        case ShapeKind::HeightField:
+            return "heightfield";
     }
     return "unknown";
 }
@@ -124,8 +127,29 @@ Shape hull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces) {
 }
 
 Shape mesh(const TriangleMesh& triangles) {
-    Shape shape = sized(ShapeKind::Mesh, Vec3d::Zero());
-    shape.mesh = std::make_shared<const CollisionMesh>(triangles);
+    return mesh(std::make_shared<const CollisionMesh>(triangles));
+}
+
+Shape mesh(std::shared_ptr<const CollisionMesh> shared, const Vec3d& scale) {
+    CAIRN_CHECK(shared, "no mesh");
+    for (int i = 0; i < 3; ++i) {
+        if (!std::isfinite(scale[i]) || scale[i] <= 0) {
+            throw InputError("mesh.scale", text(scale[i]), "give positive factors");
+        }
+    }
+    Shape shape = sized(ShapeKind::Mesh, scale);
+    shape.mesh = std::move(shared);
+    return shape;
+}
+
+Shape heightField(int columns, int rows, std::vector<double> heights, double cellSize) {
+    return heightField(std::make_shared<const HeightField>(columns, rows, std::move(heights), cellSize));
+}
+
+Shape heightField(std::shared_ptr<const HeightField> shared) {
+    CAIRN_CHECK(shared, "no height field");
+    Shape shape = sized(ShapeKind::HeightField, {shared->cellSize(), 0, 0});
+    shape.field = std::move(shared);
     return shape;
 }
 

@@ -1,5 +1,6 @@
 #include <cairn/base/base.hpp>
 #include <cairn/collision/collision_mesh.hpp>
+#include <cairn/collision/height_field.hpp>
 #include <cairn/collision/hull.hpp>
 #include <cairn/collision/shape.hpp>
 
@@ -120,8 +121,34 @@ TriangleMesh inShapeFrame(const Shape& shape, double extent) {
             v *= extent;
             return {{centre - u - v, centre + u - v, centre + u + v, centre - u + v}, {{0, 1, 2}, {0, 2, 3}}};
         }
-        case ShapeKind::Mesh:
-            return shape.mesh->triangles();
+        case ShapeKind::Mesh: {
+            TriangleMesh out = shape.mesh->triangles();
+            for (Vec3d& vertex : out.vertices) {
+                vertex = vertex.cwiseProduct(shape.size).eval();
+            }
+            return out;
+        }
+        case ShapeKind::HeightField: {
+            const HeightField& field = *shape.field;
+            TriangleMesh out;
+            std::vector<int> number(field.heights().size(), -1);
+            for (int triangle = 0; triangle < field.triangleCount(); ++triangle) {
+                if (!field.isThere(triangle)) {
+                    continue;
+                }
+                std::array<int, 3> corners = field.vertices(triangle);
+                for (int& corner : corners) {
+                    int& index = number[static_cast<std::size_t>(corner)];
+                    if (index < 0) {
+                        index = static_cast<int>(out.vertices.size());
+                        out.vertices.push_back(field.vertex(corner));
+                    }
+                    corner = index;
+                }
+                out.triangles.push_back(corners);
+            }
+            return out;
+        }
     }
     return {};
 }

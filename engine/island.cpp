@@ -42,6 +42,9 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
 
 template <class S>
 void SolverBody<S>::refreshInertia() {
+    if (particle) {
+        return;
+    }
     const Mat3<S> R = pose.rotation.toRotationMatrix();
     inertia = R * localInertia * R.transpose();
     inverseInertia = R * localInverseInertia * R.transpose();
@@ -85,10 +88,7 @@ void Island<S>::linearize() {
         }
     }
     for (const JointLink& link : joints) {
-        RowBlock<S>& block = blocks.emplace_back();
-        block.a = link.a;
-        block.b = link.b;
-        link.joint->linearize(poseOf(*this, link.a), poseOf(*this, link.b), rows, block);
+        linearizeJoint(link, rows, blocks.emplace_back());
     }
     for (const LockLink& lock : locks) {
         RowBlock<S>& block = blocks.emplace_back();
@@ -100,19 +100,13 @@ void Island<S>::linearize() {
         }
     }
     jointBlocks = static_cast<int>(blocks.size());
-    for (const PatchLink& link : patches) {
-        const ContactPatch<S>& patch = *link.patch;
-        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
-            const ContactPointState<S>& point = patch.points[k];
+    pointOfBlock_.clear();
+    for (std::size_t p = 0; p < patches.size(); ++p) {
+        for (int k = 0; k < patches[p].patch->manifold.count; ++k) {
             RowBlock<S>& block = blocks.emplace_back();
-            block.a = link.a;
-            block.b = link.b;
-            block.kind = BlockKind::Contact;
-            block.first = static_cast<int>(rows.size());
-            block.friction = patch.friction;
-            block.staticFriction = patch.staticFriction;
-            RowWriter<S> writer(rows, block);
-            linearizeContact(point.geometry, poseOf(*this, link.a), poseOf(*this, link.b), hasFriction(patch), writer);
+            pointOfBlock_.push_back({static_cast<int>(p), k});
+            linearizePoint(patches[p], k, rows, block);
+            const ContactPointState<S>& point = patches[p].patch->points[static_cast<std::size_t>(k)];
             Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
             row[0].lambda = point.normalForce;
             for (int t = 1; t < block.count; ++t) {
@@ -123,14 +117,69 @@ void Island<S>::linearize() {
 }
 
 template <class S>
-void Island<S>::jointErrors(std::vector<S>& C) const {
+void Island<S>::linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const {
+    block.a = link.a;
+    block.b = link.b;
+    block.c = link.c;
+    block.d = link.d;
+    JointPoses<S> poses{};
+    for (int k = 0; k < 4; ++k) {
+        if (const int body = block.body(k); body >= 0) {
+            poses[static_cast<std::size_t>(k)] = &poseOf(*this, body);
+        }
+    }
+    link.joint->linearize(poses, out, block);
+}
+
+template <class S>
+void Island<S>::linearizePoint(const PatchLink& link, int point, std::vector<Row<S>>& out, RowBlock<S>& block) const {
+    const ContactPatch<S>& patch = *link.patch;
+    block.a = link.a;
+    block.b = link.b;
+    block.kind = BlockKind::Contact;
+    block.first = static_cast<int>(out.size());
+    block.friction = patch.friction;
+    block.staticFriction = patch.staticFriction;
+    RowWriter<S> writer(out, block);
+    linearizeContact(patch.points[static_cast<std::size_t>(point)].geometry, poseOf(*this, link.a),
+                     poseOf(*this, link.b), hasFriction(patch), writer);
+}
+
+template <class S>
+void Island<S>::relinearize(std::size_t k) {
     static thread_local std::vector<Row<S>> scratch;
     scratch.clear();
     RowBlock<S> block;
+    if (k < joints.size()) {
+        linearizeJoint(joints[k], scratch, block);
+    } else if (k < static_cast<std::size_t>(jointBlocks)) {
+        block.a = blocks[k].a;
+        block.b = blocks[k].b;
+        linearizeLock(*this, locks[k - joints.size()], scratch, block);
+    } else {
+        const PointRef& ref = pointOfBlock_[k - static_cast<std::size_t>(jointBlocks)];
+        linearizePoint(patches[static_cast<std::size_t>(ref.patch)], ref.point, scratch, block);
+    }
+    blocks[k].armA = block.armA;
+    blocks[k].armB = block.armB;
+    for (std::size_t r = 0; r < scratch.size(); ++r) {
+        Row<S>& row = rows[static_cast<std::size_t>(blocks[k].first) + r];
+        row.a = scratch[r].a;
+        row.b = scratch[r].b;
+        row.C = scratch[r].C;
+    }
+}
+
+template <class S>
+void Island<S>::jointErrors(std::vector<S>& C) const {
+    static thread_local std::vector<Row<S>> scratch;
+    scratch.clear();
     for (const JointLink& link : joints) {
-        link.joint->linearize(poseOf(*this, link.a), poseOf(*this, link.b), scratch, block);
+        RowBlock<S> block;
+        linearizeJoint(link, scratch, block);
     }
     for (const LockLink& lock : locks) {
+        RowBlock<S> block;
         linearizeLock(*this, lock, scratch, block);
     }
     C.resize(scratch.size());
@@ -155,6 +204,9 @@ template <class S>
 void Island<S>::integrate(S h) {
     for (SolverBody<S>& body : bodies) {
         body.pose.position += h * body.v.template head<3>() + body.offset.template head<3>();
+        if (body.particle) {
+            continue;
+        }
         // The midpoint rule turns by (w1 + w2) / 2; then the world twist turns with the body that carries it.
         const Vec3<S> turn = h * (body.v.template tail<3>() - S(0.5) * body.gyroTurn) + body.offset.template tail<3>();
         body.pose.rotation = rotated(body.pose.rotation, turn);

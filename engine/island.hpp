@@ -15,6 +15,7 @@ struct SolverBody {
     std::uint32_t index = 0;  // in the world's table
     bool fixed = false;       // static or kinematic: moves as its velocity says, takes no push
     bool gyroscopic = false;
+    bool particle = false;        // has no rotation and no inertia
     Pose<S> pose;                 // of the centre of mass
     Vec6<S> v = Vec6<S>::Zero();  // twist, world axes: m/s, rad/s
     S mass = 0;
@@ -79,6 +80,7 @@ struct Island {
     struct JointLink {
         Joint<S>* joint;
         int a, b;
+        int c = -1, d = -1;  // of joints between more than two particles
     };
     struct PatchLink {
         ContactPatch<S>* patch;
@@ -119,6 +121,8 @@ struct Island {
     void predict(S h);
     // Collects the rows at the present poses with the lambda of the last solve.
     void linearize();
+    // Takes block k anew at the present poses: C and J of its rows; lambda and bounds stay.
+    void relinearize(std::size_t k);
     // C of the rows of joints and locks at the present poses, in the order of `rows`.
     void jointErrors(std::vector<S>& C) const;
     // C of the contact points at the present poses, in the order of the contact blocks.
@@ -129,20 +133,33 @@ struct Island {
     void storeLambda();
 
     S rowVelocity(const Row<S>& row, const RowBlock<S>& block) const {
-        return row.a.dot(bodies[static_cast<std::size_t>(block.a)].v) +
-               row.b.dot(bodies[static_cast<std::size_t>(block.b)].v);
+        return rowDot(row, block, [&](int i) -> const Vec6<S>& { return bodies[static_cast<std::size_t>(i)].v; });
     }
     void push(const Row<S>& row, const RowBlock<S>& block, S impulse) {
-        SolverBody<S>& a = bodies[static_cast<std::size_t>(block.a)];
-        SolverBody<S>& b = bodies[static_cast<std::size_t>(block.b)];
-        a.v += a.applyInverseMass(row.a * impulse);
-        b.v += b.applyInverseMass(row.b * impulse);
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            SolverBody<S>& body = bodies[static_cast<std::size_t>(block.body(k))];
+            body.v += body.applyInverseMass(bodyGradient(row, block, k) * impulse);
+        }
     }
     // J M^-1 J^T of one row, 1/kg or 1/(kg m2).
     S mobility(const Row<S>& row, const RowBlock<S>& block) const {
-        return row.a.dot(bodies[static_cast<std::size_t>(block.a)].applyInverseMass(row.a)) +
-               row.b.dot(bodies[static_cast<std::size_t>(block.b)].applyInverseMass(row.b));
+        S sum = 0;
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            const Vec6<S> g = bodyGradient(row, block, k);
+            sum += g.dot(bodies[static_cast<std::size_t>(block.body(k))].applyInverseMass(g));
+        }
+        return sum;
     }
+
+    // Appends the rows of one joint at the present poses.
+    void linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
+
+private:
+    struct PointRef {
+        int patch, point;
+    };
+    void linearizePoint(const PatchLink& link, int point, std::vector<Row<S>>& out, RowBlock<S>& block) const;
+    std::vector<PointRef> pointOfBlock_;  // of the blocks from jointBlocks on
 };
 
 }  // namespace cairn

@@ -20,7 +20,10 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const Vec3<S>
     s.mass = body.mass;
     s.inverseMass = S(1) / body.mass;
     s.localInertia = body.inertia;
-    s.localInverseInertia = body.inertia.inverse();
+    s.particle = body.def.particle;
+    if (!s.particle) {
+        s.localInverseInertia = body.inertia.inverse();
+    }
     s.force << body.mass * static_cast<S>(body.def.gravityScale) * gravity + body.force, body.torque;
     s.linearDecay = static_cast<S>(body.def.linearDamping);
     s.angularDecay = static_cast<S>(body.def.angularDamping);
@@ -68,9 +71,17 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
             awake[a] = 1;
         }
     };
+    // A fixed body between two others does not link them, so every pair is asked.
+    const auto linkJoint = [&](const Joint<S>& joint) {
+        for (int k = 1; k < joint.bodyCount(); ++k) {
+            for (int l = 0; l < k; ++l) {
+                link(joint.body(l).index, joint.body(k).index);
+            }
+        }
+    };
     for (std::size_t j = 0; j < joints.slotCount(); ++j) {
         if (joints.used(j)) {
-            link(joints[j].a.index, joints[j].b.index);
+            linkJoint(joints[j]);
         }
     }
     for (const PairContacts<S>& pair : contacts.pairs()) {
@@ -143,12 +154,17 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
             continue;
         }
         Joint<S>& joint = joints[j];
-        const int k = islandFor(joint.a.index, joint.b.index);
+        int k = -1;
+        for (int n = 0; n < joint.bodyCount() && k < 0; ++n) {
+            k = dynamic(joint.body(n).index) ? islandOf[joint.body(n).index] : -1;
+        }
         if (k >= 0) {
             const std::size_t island = static_cast<std::size_t>(k);
-            const int a = localOf(island, joint.a.index);
-            const int b = localOf(island, joint.b.index);
-            awake_[island].joints.push_back({&joint, a, b});
+            std::array<int, 4> body{-1, -1, -1, -1};
+            for (int n = 0; n < joint.bodyCount(); ++n) {
+                body[static_cast<std::size_t>(n)] = localOf(island, joint.body(n).index);
+            }
+            awake_[island].joints.push_back({&joint, body[0], body[1], body[2], body[3]});
         }
     }
     for (Island<S>& island : awake_) {

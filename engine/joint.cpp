@@ -105,9 +105,20 @@ WorldFrames worldFrames(const DistanceDef& d) {
     return {{d.anchorA, Quatd::Identity()}, {d.anchorB, Quatd::Identity()}};
 }
 
+template <class S>
+S restLength(const VolumeDef&, const Joint<S>& joint, const BodyTable<S>& bodies) {
+    const auto at = [&](BodyId id) { return bodies[id.index].pose.position; };
+    const Vec3<S> a = at(joint.a);
+    const S volume = (at(joint.b) - a).dot((at(joint.c) - a).cross(at(joint.d) - a)) / S(6);
+    if (!(std::abs(volume) > std::numeric_limits<S>::min())) {
+        throw InputError("volume", "four particles in one plane", "give four corners of a tetrahedron with volume");
+    }
+    return volume;
+}
+
 // Frequency and damping ratio become compliance and damping through each row's own effective mass.
 template <class S>
-void applySoftness(Joint<S>& joint, const Softness& s, const Body<S>& a, const Body<S>& b, const std::string& type) {
+void applySoftness(Joint<S>& joint, const Softness& s, const BodyTable<S>& bodies, const std::string& type) {
     requireNotNegative(type + ".softness.compliance", s.compliance);
     requireNotNegative(type + ".softness.damping", s.damping);
     requireNotNegative(type + ".softness.frequency", s.frequency);
@@ -121,7 +132,13 @@ void applySoftness(Joint<S>& joint, const Softness& s, const Body<S>& a, const B
     }
     std::vector<Row<S>> rows;
     RowBlock<S> block;
-    joint.linearize(a.pose, b.pose, rows, block);
+    JointPoses<S> poses{};
+    for (int k = 0; k < joint.bodyCount(); ++k) {
+        poses[static_cast<std::size_t>(k)] = &bodies[joint.body(k).index].pose;
+    }
+    block.c = joint.bodyCount() > 2 ? 2 : -1;
+    block.d = joint.bodyCount() > 3 ? 3 : -1;
+    joint.linearize(poses, rows, block);
     const bool anyEquality = std::any_of(rows.begin(), rows.end(), [](const Row<S>& r) {
         return !r.isVelocity && r.lo == -infinity<S>() && r.hi == infinity<S>();
     });
@@ -130,6 +147,9 @@ void applySoftness(Joint<S>& joint, const Softness& s, const Body<S>& a, const B
     const auto inverseMass = [](const Body<S>& body, const Vec6<S>& j) {
         if (!body.isDynamic()) {
             return S(0);
+        }
+        if (body.def.particle) {
+            return j.template head<3>().squaredNorm() / body.mass;
         }
         const Vec3<S> angular = body.pose.rotation.conjugate() * Vec3<S>(j.template tail<3>());
         return j.template head<3>().squaredNorm() / body.mass + angular.dot(body.inertia.inverse() * angular);
@@ -141,7 +161,11 @@ void applySoftness(Joint<S>& joint, const Softness& s, const Body<S>& a, const B
             continue;
         }
         if (s.frequency > 0) {
-            const double mass = 1 / static_cast<double>(inverseMass(a, row.a) + inverseMass(b, row.b));
+            S sum = 0;
+            for (int n = 0; n < joint.bodyCount(); ++n) {
+                sum += inverseMass(bodies[joint.body(n).index], bodyGradient(row, block, n));
+            }
+            const double mass = 1 / static_cast<double>(sum);
             const double omega = 2 * std::numbers::pi * s.frequency;
             joint.compliance[k] = static_cast<S>(1 / (mass * omega * omega));
             joint.damping[k] = static_cast<S>(2 * s.dampingRatio * mass * omega);
@@ -158,29 +182,57 @@ template <class S>
 Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
     return std::visit(
         [&](const auto& d) {
+            constexpr bool betweenParticles = ParticleJoint<std::decay_t<decltype(d)>>;
             const std::string type = d.typeName;
-            if (!bodies.contains(d.a) || !bodies.contains(d.b)) {
-                throw InputError(type + (bodies.contains(d.a) ? ".b" : ".a"), "a null or stale body id",
-                                 "add the body before its joints");
-            }
-            if (d.a == d.b) {
-                throw InputError(type + ".b", "the same body as a", "join two different bodies");
-            }
-            const Body<S>& a = bodies[d.a.index];
-            const Body<S>& b = bodies[d.b.index];
-            if (!a.isDynamic() && !b.isDynamic()) {
-                throw InputError(type, "a joint between \"" + a.def.name + "\" and \"" + b.def.name + "\"",
-                                 "make at least one of them dynamic");
-            }
             Joint<S> joint;
             joint.def = def;
             joint.a = d.a;
             joint.b = d.b;
-            const WorldFrames world = worldFrames(d);
-            joint.frames.a = relativePose(a.pose.template cast<double>(), world.a).template cast<S>();
-            joint.frames.b = relativePose(b.pose.template cast<double>(), world.b).template cast<S>();
-            joint.frames.length = static_cast<S>((world.b.position - world.a.position).norm());
-            applySoftness(joint, d.softness, a, b, type);
+            int ids = 2;
+            if constexpr (requires { d.c; }) {
+                joint.c = d.c;
+                ids = 3;
+            }
+            if constexpr (requires { d.d; }) {
+                joint.d = d.d;
+                ids = 4;
+            }
+            bool moves = false;
+            for (int k = 0; k < ids; ++k) {
+                const std::string field = type + "." + "abcd"[k];
+                if (!bodies.contains(joint.body(k))) {
+                    throw InputError(field, "a null or stale body id", "add the body before its joints");
+                }
+                for (int other = 0; other < k; ++other) {
+                    if (joint.body(k) == joint.body(other)) {
+                        throw InputError(field, std::string("the same body as ") + "abcd"[other],
+                                         "join different bodies");
+                    }
+                }
+                const Body<S>& body = bodies[joint.body(k).index];
+                moves = moves || body.isDynamic();
+                if (betweenParticles && body.isDynamic() && !body.def.particle) {
+                    throw InputError(field, "\"" + body.def.name + "\", a body that turns",
+                                     "only particles (BodyDef::particle) and fixed bodies can be joined by a " + type);
+                }
+            }
+            if (!moves) {
+                throw InputError(
+                    type,
+                    "a joint between \"" + bodies[d.a.index].def.name + "\" and \"" + bodies[d.b.index].def.name + "\"",
+                    "make at least one of them dynamic");
+            }
+            if constexpr (betweenParticles) {
+                joint.frames.rest = restLength(d, joint, bodies);
+            } else {
+                const WorldFrames world = worldFrames(d);
+                joint.frames.a =
+                    relativePose(bodies[d.a.index].pose.template cast<double>(), world.a).template cast<S>();
+                joint.frames.b =
+                    relativePose(bodies[d.b.index].pose.template cast<double>(), world.b).template cast<S>();
+                joint.frames.rest = static_cast<S>((world.b.position - world.a.position).norm());
+            }
+            applySoftness(joint, d.softness, bodies, type);
             return joint;
         },
         def);

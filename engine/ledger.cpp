@@ -47,24 +47,25 @@ void Ledger<S>::close(const Island<S>& island, S h, SolveReport& report) const {
     }
     Vec3<S> outside = island.externalImpulse;
     for (const RowBlock<S>& block : island.blocks) {
-        const SolverBody<S>& a = island.bodies[static_cast<std::size_t>(block.a)];
-        const SolverBody<S>& b = island.bodies[static_cast<std::size_t>(block.b)];
-        const bool driven = (a.fixed && !a.v.isZero()) || (b.fixed && !b.v.isZero());
+        bool driven = false;
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+            driven = driven || (body.fixed && !body.v.isZero());
+        }
         for (int r = 0; r < block.count; ++r) {
             const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
             const S p = h * row.lambda;
             load += std::abs(p);
-            if (a.fixed) {
-                outside += p * row.b.template head<3>();
-            }
-            if (b.fixed) {
-                outside += p * row.a.template head<3>();
-            }
             const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
-            if (row.isSoft() || motor || driven) {
-                explained +=
-                    S(0.5) * p *
-                    (row.a.dot(a.vBefore + a.v) * S(a.fixed ? 0 : 1) + row.b.dot(b.vBefore + b.v) * S(b.fixed ? 0 : 1));
+            for (int k = 0; k < block.bodyCount(); ++k) {
+                const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+                const Vec6<S> g = bodyGradient(row, block, k);
+                if (body.fixed) {
+                    // What the fixed body takes, the others get from outside.
+                    outside -= p * g.template head<3>();
+                } else if (row.isSoft() || motor || driven) {
+                    explained += S(0.5) * p * g.dot(body.vBefore + body.v);
+                }
             }
         }
     }

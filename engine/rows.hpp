@@ -6,8 +6,10 @@
 //   lambda  N or N m: a force, not an impulse, so that any solver, any step size and the next frame can reuse it.
 //           lambda > 0 drives C up.
 //   J       dC/dt = a . (v_a, w_a) + b . (v_b, w_b), twists in world axes about each body's centre of mass, linear part
-//   first. alpha   compliance, m/N or rad/(N m); damping in N s/m or N m s/rad acts beside it. lo, hi  N or N m. (-inf,
-//   inf): equality. (0, inf): C >= 0, pushing only.
+//   first. In a block of particles, which do not turn, the four halves a.linear, a.angular, b.linear, b.angular are
+//   the gradients of up to four bodies.
+//   alpha   compliance, m/N or rad/(N m); damping in N s/m or N m s/rad acts beside it.
+//   lo, hi  N or N m. (-inf, inf): equality. (0, inf): C >= 0, pushing only.
 // A velocity row has no C: it asks J v = velocity (m/s or rad/s) as far as its bounds allow (motors, friction).
 #include <cairn/base/base.hpp>
 
@@ -56,7 +58,10 @@ template <class S>
 struct RowBlock {
     int a = -1;  // bodies, indices into the island
     int b = -1;
-    int first = 0;  // row
+    int c = -1;  // further particles of a block of particles; -1: none
+    int d = -1;
+    bool particles = false;  // its bodies do not turn: see J above
+    int first = 0;           // row
     int count = 0;
     BlockKind kind = BlockKind::Bounds;
     S friction = 0;        // sliding
@@ -66,7 +71,39 @@ struct RowBlock {
     int pointRows = 0;
     Vec3<S> armA = Vec3<S>::Zero();
     Vec3<S> armB = Vec3<S>::Zero();
+
+    int body(int k) const { return k == 0 ? a : k == 1 ? b : k == 2 ? c : d; }
+    int bodyCount() const { return !particles || c < 0 ? 2 : d < 0 ? 3 : 4; }
 };
+
+// The gradient of a row for body k of its block, as a twist.
+template <class S>
+Vec6<S> bodyGradient(const Row<S>& row, const RowBlock<S>& block, int k) {
+    if (!block.particles) {
+        return k == 0 ? row.a : row.b;
+    }
+    const Vec6<S>& half = k < 2 ? row.a : row.b;
+    Vec6<S> g = Vec6<S>::Zero();
+    g.template head<3>() = half.template segment<3>(k % 2 == 0 ? 0 : 3);
+    return g;
+}
+
+// J v, for twists v of all bodies of the island.
+template <class S, class Twists>
+S rowDot(const Row<S>& row, const RowBlock<S>& block, const Twists& twist) {
+    if (!block.particles) {
+        return row.a.dot(twist(block.a)) + row.b.dot(twist(block.b));
+    }
+    S sum = row.a.template head<3>().dot(twist(block.a).template head<3>()) +
+            row.a.template tail<3>().dot(twist(block.b).template head<3>());
+    if (block.c >= 0) {
+        sum += row.b.template head<3>().dot(twist(block.c).template head<3>());
+    }
+    if (block.d >= 0) {
+        sum += row.b.template tail<3>().dot(twist(block.d).template head<3>());
+    }
+    return sum;
+}
 
 // Collects the rows of a constraint while it is linearised.
 template <class S>
@@ -116,6 +153,17 @@ public:
         }
     }
 
+    // A row between particles: C with its gradients, zero for particles that the block does not have.
+    Row<S>& particles(S C, const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c = Vec3<S>::Zero(),
+                      const Vec3<S>& d = Vec3<S>::Zero()) {
+        block_.particles = true;
+        Row<S>& row = push();
+        row.a << a, b;
+        row.b << c, d;
+        row.C = C;
+        return row;
+    }
+
     // Makes the last row a motor: J v = speed with at most `most` N or N m.
     static void makeMotor(Row<S>& row, S speed, S most) {
         row.isVelocity = true;
@@ -146,7 +194,7 @@ template <class S>
 struct JointFrames {
     Pose<S> a;
     Pose<S> b;
-    S length = 0;  // m, the distance of the two anchors at the time of adding
+    S rest = 0;  // at the time of adding: m, the distance of the two anchors; m3, the volume of a tetrahedron
 };
 
 }  // namespace cairn

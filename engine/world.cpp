@@ -41,6 +41,10 @@ void validate(const BodyDef& def) {
         throw InputError(label(def) + ".inertia", "not that of a body",
                          "give three positive moments, each at most the sum of the other two");
     }
+    if (def.particle && (def.type != BodyType::Dynamic || !def.angularVelocity.isZero() || !def.inertia.isZero())) {
+        throw InputError(label(def) + ".particle", "true for a body that is fixed, or with a spin or an inertia",
+                         "leave type, angularVelocity and inertia out: a particle is dynamic and does not turn");
+    }
     for (const Shape& shape : def.shapes) {
         const Material& m = shape.material;
         requireNotNegative(def, "shapes.friction", m.friction);
@@ -87,6 +91,12 @@ void weigh(Body<S>& body) {
         throw InputError(
             label(def) + ".mass", std::to_string(properties.mass),
             "a dynamic body needs mass: give it a shape with density > 0, or a mass > 0, or make it static");
+    }
+    if (def.particle) {
+        def.mass = properties.mass;
+        body.mass = static_cast<S>(properties.mass);
+        body.localCentre = properties.centre.cast<S>();
+        return;
     }
     if (!(properties.inertia.determinant() > 0)) {
         throw InputError(label(def) + ".inertia", "singular",
@@ -189,6 +199,11 @@ struct World<S>::Impl {
         b.restTime = 0;
         b.restPose = b.pose;
     }
+    void wakeBodies(const Joint<S>& joint) {
+        for (int k = 0; k < joint.bodyCount(); ++k) {
+            wake(bodies[joint.body(k).index]);
+        }
+    }
     void wakeNeighbours(std::uint32_t index) {
         for (const PairContacts<S>& pair : contacts.pairs()) {
             if (!pair.patches.empty() && (pair.pair.a == index || pair.pair.b == index)) {
@@ -196,9 +211,8 @@ struct World<S>::Impl {
             }
         }
         for (std::size_t j = 0; j < joints.slotCount(); ++j) {
-            if (joints.used(j) && (joints[j].a.index == index || joints[j].b.index == index)) {
-                wake(bodies[joints[j].a.index]);
-                wake(bodies[joints[j].b.index]);
+            if (joints.used(j) && joints[j].holds(index)) {
+                wakeBodies(joints[j]);
             }
         }
     }
@@ -294,7 +308,7 @@ struct World<S>::Impl {
             }
         }
         for (std::size_t j = 0; j < joints.slotCount(); ++j) {
-            if (joints.used(j) && (joints[j].a.index == body || joints[j].b.index == body)) {
+            if (joints.used(j) && joints[j].holds(body)) {
                 joints[j].lambda.clear();
             }
         }
@@ -340,8 +354,8 @@ struct World<S>::Impl {
         RowBlock<S> block;
         for (const auto& link : island.joints) {
             rows.clear();
-            link.joint->linearize(island.bodies[static_cast<std::size_t>(link.a)].pose,
-                                  island.bodies[static_cast<std::size_t>(link.b)].pose, rows, block);
+            block = {};
+            island.linearizeJoint(link, rows, block);
             const JointError error = jointError(rows);
             report.error.maxJointGap = std::max(report.error.maxJointGap, error.gap);
             report.error.maxJointAngle = std::max(report.error.maxJointAngle, error.angle);
@@ -485,8 +499,8 @@ BodyId World<S>::add(const BodyDef& def) {
     weigh(body);
     body.pose = {(body.def.position + body.def.rotation * body.localCentre.template cast<double>()).template cast<S>(),
                  body.def.rotation.template cast<S>().normalized()};
-    if (!body.pose.isFinite() ||
-        (body.isDynamic() && !(body.mass > S(0) && std::isfinite(body.mass) && body.inertia.determinant() > S(0)))) {
+    if (!body.pose.isFinite() || (body.isDynamic() && !(body.mass > S(0) && std::isfinite(body.mass) &&
+                                                        (def.particle || body.inertia.determinant() > S(0))))) {
         throw InputError(label(def), "a position, mass or inertia beyond the range of this world's numbers",
                          "use World<double>, or metres and kilograms");
     }
@@ -520,8 +534,7 @@ JointId World<S>::addJoint(const JointDef& def) {
         impl_->deaf.insert(std::lower_bound(impl_->deaf.begin(), impl_->deaf.end(), pair), pair);
         refilter(a, b);
     }
-    impl_->wake(impl_->bodies[a.index]);
-    impl_->wake(impl_->bodies[b.index]);
+    impl_->wakeBodies(impl_->joints[id.index]);
     return id;
 }
 
@@ -544,9 +557,8 @@ void World<S>::remove(JointId id) {
         impl_->deaf.erase(std::lower_bound(impl_->deaf.begin(), impl_->deaf.end(), pair));
         refilter(a, b);
     }
+    impl_->wakeBodies(joint);
     impl_->joints.remove(id);
-    impl_->wake(impl_->bodies[a.index]);
-    impl_->wake(impl_->bodies[b.index]);
 }
 
 template <class S>
@@ -554,7 +566,7 @@ void World<S>::remove(BodyId id) {
     impl_->requireId(id);
     for (const JointId joint : joints()) {
         const Joint<S>& j = impl_->joints[joint.index];
-        if (j.a == id || j.b == id) {
+        if (j.holds(id.index)) {
             remove(joint);
         }
     }
@@ -687,8 +699,7 @@ void World<S>::setMotor(JointId id, double speed, double most) {
         throw InputError("motor", "on a joint without one", "only hinges and sliders have motors");
     }
     joint.lambda.clear();
-    impl_->wake(impl_->bodies[joint.a.index]);
-    impl_->wake(impl_->bodies[joint.b.index]);
+    impl_->wakeBodies(joint);
 }
 template <class S>
 void World<S>::applyForce(BodyId id, const Vec3<S>& force) {
@@ -718,7 +729,9 @@ void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& po
     }
     const Mat3<S> R = b.pose.rotation.toRotationMatrix();
     b.v += impulse / b.mass;
-    b.w += R * b.inertia.inverse() * R.transpose() * (point - b.pose.position).cross(impulse);
+    if (!b.def.particle) {
+        b.w += R * b.inertia.inverse() * R.transpose() * (point - b.pose.position).cross(impulse);
+    }
     impl_->wake(b);
 }
 template <class S>
@@ -763,9 +776,13 @@ std::vector<JointView> World<S>::jointViews() const {
         const Joint<S>& joint = impl_->joints[j];
         const Pose<S>& a = impl_->bodies[joint.a.index].pose;
         const Pose<S>& b = impl_->bodies[joint.b.index].pose;
+        JointPoses<S> poses{};
+        for (int k = 0; k < joint.bodyCount(); ++k) {
+            poses[static_cast<std::size_t>(k)] = &impl_->bodies[joint.body(k).index].pose;
+        }
         std::vector<Row<S>> rows;
         RowBlock<S> block;
-        joint.linearize(a, b, rows, block);
+        joint.linearize(poses, rows, block);
         const auto error = Impl::jointError(rows);
         JointView& view = views.emplace_back();
         view.id = impl_->joints.idAt(j);

@@ -27,8 +27,8 @@ void linearize(const DistanceDef& def, const JointFrames<S>& frames, const Pose<
     const Vec3<S> gap = b.position + armB - a.position - armA;
     const S length = gap.norm();
     const Vec3<S> n = length > Eigen::NumTraits<S>::dummy_precision() ? Vec3<S>(gap / length) : Vec3<S>::UnitY();
-    const S lower = def.lower < 0 ? frames.length : static_cast<S>(def.lower);
-    const S upper = def.upper < 0 ? frames.length : static_cast<S>(def.upper);
+    const S lower = def.lower < 0 ? frames.rest : static_cast<S>(def.lower);
+    const S upper = def.upper < 0 ? frames.rest : static_cast<S>(def.upper);
     if (lower == upper) {
         rows.point(n, armA, armB, length - lower);
         rows.pointForce(1, armA, armB);

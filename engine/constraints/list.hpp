@@ -5,12 +5,13 @@
 #include <cairn/engine/constraints/distance.hpp>
 #include <cairn/engine/constraints/hinge.hpp>
 #include <cairn/engine/constraints/slider.hpp>
+#include <cairn/engine/constraints/volume.hpp>
 #include <cairn/engine/constraints/weld.hpp>
 
 #include <variant>
 
 namespace cairn {
 
-using JointDef = std::variant<BallDef, HingeDef, SliderDef, WeldDef, DistanceDef, ConeTwistDef>;
+using JointDef = std::variant<BallDef, HingeDef, SliderDef, WeldDef, DistanceDef, ConeTwistDef, VolumeDef>;
 
 }  // namespace cairn

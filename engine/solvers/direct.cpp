@@ -64,6 +64,9 @@ RowBlock<double> widenBlock(const RowBlock<float>& block) {
     RowBlock<double> wide;
     wide.a = block.a;
     wide.b = block.b;
+    wide.c = block.c;
+    wide.d = block.d;
+    wide.particles = block.particles;
     wide.first = block.first;
     wide.count = block.count;
     wide.kind = block.kind;
@@ -78,13 +81,14 @@ RowBlock<double> widenBlock(const RowBlock<float>& block) {
 SolverBody<double> widenBody(const SolverBody<float>& body) {
     SolverBody<double> wide;
     wide.fixed = body.fixed;
+    wide.particle = body.particle;
     wide.pose = body.pose.cast<double>();
     wide.v = body.v.cast<double>();
     wide.vBefore = body.vBefore.cast<double>();
     wide.mass = static_cast<double>(body.mass);
     wide.inverseMass = body.fixed ? 0 : 1 / wide.mass;
     wide.inertia = body.inertia.cast<double>();
-    if (!body.fixed) {
+    if (!body.fixed && !body.particle) {
         wide.inverseInertia = wide.inertia.inverse();
     }
     return wide;

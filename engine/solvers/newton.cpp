@@ -52,24 +52,20 @@ void ContactNewton<S>::prepare(const Island<S>& island) {
             bodyOfNode_.push_back(static_cast<int>(i));
         }
     }
-    std::vector<std::pair<typename BlockCholesky<S>::Edge, int>> wanted;
-    edgeOfBlock_.assign(island.blocks.size(), -1);
-    edgeFlipped_.assign(island.blocks.size(), 0);
+    std::vector<std::pair<typename BlockCholesky<S>::Edge, std::size_t>> wanted;
+    edgesOfBlock_.assign(island.blocks.size(), {});
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const int a = node_[at(island.blocks[k].a)];
-        const int b = node_[at(island.blocks[k].b)];
-        if (a >= 0 && b >= 0) {
-            edgeFlipped_[k] = a > b;
-            wanted.push_back({{std::min(a, b), std::max(a, b)}, static_cast<int>(k)});
-        }
+        forEachEdge(island.blocks[k], [&](std::size_t pair, int a, int b) {
+            wanted.push_back({{std::min(a, b), std::max(a, b)}, 6 * k + pair});
+        });
     }
     std::sort(wanted.begin(), wanted.end());
     std::vector<typename BlockCholesky<S>::Edge> edges;
-    for (const auto& [edge, block] : wanted) {
+    for (const auto& [edge, place] : wanted) {
         if (edges.empty() || edges.back() != edge) {
             edges.push_back(edge);
         }
-        edgeOfBlock_[at(block)] = static_cast<int>(edges.size()) - 1;
+        edgesOfBlock_[place / 6][place % 6] = edges.size() - 1;
     }
     factor_.analyse(static_cast<int>(bodyOfNode_.size()), edges);
     problem.terms.resize(island.rows.size());
@@ -109,11 +105,8 @@ void ContactNewton<S>::rowVelocities(const Island<S>& island, const std::vector<
                                      std::vector<S>& out) const {
     out.resize(island.rows.size());
     for (const RowBlock<S>& block : island.blocks) {
-        const Vec6<S>& va = twist[at(block.a)];
-        const Vec6<S>& vb = twist[at(block.b)];
         for (int i = block.first; i < block.first + block.count; ++i) {
-            const Row<S>& row = island.rows[at(i)];
-            out[at(i)] = row.a.dot(va) + row.b.dot(vb);
+            out[at(i)] = rowDot(island.rows[at(i)], block, [&](int k) -> const Vec6<S>& { return twist[at(k)]; });
         }
     }
 }
@@ -123,11 +116,11 @@ void ContactNewton<S>::momentumVelocity(const Island<S>& island) {
     std::vector<Vec6<S>>& impulse = step_;
     impulse.assign(island.bodies.size(), Vec6<S>::Zero());
     for (const RowBlock<S>& block : island.blocks) {
-        Vec6<S>& pa = impulse[at(block.a)];
-        Vec6<S>& pb = impulse[at(block.b)];
-        for (int i = block.first; i < block.first + block.count; ++i) {
-            pa += island.rows[at(i)].a * problem.p[at(i)];
-            pb += island.rows[at(i)].b * problem.p[at(i)];
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            Vec6<S>& sum = impulse[at(block.body(k))];
+            for (int i = block.first; i < block.first + block.count; ++i) {
+                sum += bodyGradient(island.rows[at(i)], block, k) * problem.p[at(i)];
+            }
         }
     }
     for (std::size_t i = 0; i < problem.v.size(); ++i) {
@@ -168,17 +161,12 @@ S ContactNewton<S>::gradient(const Island<S>& island, const std::vector<S>& impu
         out[n] = island.bodies[body].applyMass(problem.v[body] - vStar[body]);
     }
     for (const RowBlock<S>& block : island.blocks) {
-        const int a = node_[at(block.a)];
-        const int b = node_[at(block.b)];
-        for (int i = block.first; i < block.first + block.count; ++i) {
-            if (impulse[at(i)] == S(0)) {
-                continue;
-            }
-            if (a >= 0) {
-                out[at(a)] -= island.rows[at(i)].a * impulse[at(i)];
-            }
-            if (b >= 0) {
-                out[at(b)] -= island.rows[at(i)].b * impulse[at(i)];
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            const int n = node_[at(block.body(k))];
+            for (int i = block.first; n >= 0 && i < block.first + block.count; ++i) {
+                if (impulse[at(i)] != S(0)) {
+                    out[at(n)] -= bodyGradient(island.rows[at(i)], block, k) * impulse[at(i)];
+                }
             }
         }
     }
@@ -228,50 +216,62 @@ bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& 
         const SolverBody<S>& body = island.bodies[at(bodyOfNode_[n])];
         Mat6<S> mass = Mat6<S>::Zero();
         mass.template topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
-        mass.template bottomRightCorner<3, 3>() = body.inertia;
+        if (body.particle) {
+            mass.template bottomRightCorner<3, 3>().diagonal().setConstant(
+                body.mass);  // of no effect: it does not turn
+        } else {
+            mass.template bottomRightCorner<3, 3>() = body.inertia;
+        }
         factor_.addDiagonal(static_cast<int>(n), mass);
     }
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
-        const int a = node_[at(block.a)];
-        const int b = node_[at(block.b)];
-        Mat6<S> aa = Mat6<S>::Zero();
-        Mat6<S> bb = Mat6<S>::Zero();
-        Mat6<S> ab = Mat6<S>::Zero();
+        std::array<Mat6<S>, 4> diagonal;
+        std::array<Mat6<S>, 6> off;
+        diagonal.fill(Mat6<S>::Zero());
+        off.fill(Mat6<S>::Zero());
         bool any = false;
-        const auto add = [&](const Vec6<S>& wa, const Vec6<S>& wb, const Row<S>& row) {
+        // `weighted(k)`: the row's gradients for body k, weighted.
+        const auto add = [&](const auto& weighted, const Row<S>& row) {
             any = true;
-            aa.noalias() += wa * row.a.transpose();
-            bb.noalias() += wb * row.b.transpose();
-            ab.noalias() += wa * row.b.transpose();
+            for (int m = 0; m < block.bodyCount(); ++m) {
+                const Vec6<S> left = weighted(m);
+                diagonal[at(m)].noalias() += left * bodyGradient(row, block, m).transpose();
+                for (int l = 0; l < m; ++l) {
+                    off[pairOf(l, m)].noalias() += bodyGradient(row, block, l) * left.transpose();
+                }
+            }
         };
         if (isCone(island, k)) {
             const Mat3<S>& w = coneWeight_[k];
             const Row<S>* row = &island.rows[at(block.first)];
             for (int r = 0; r < 3 && w.trace() > S(0); ++r) {
-                add(w(r, 0) * row[0].a + w(r, 1) * row[1].a + w(r, 2) * row[2].a,
-                    w(r, 0) * row[0].b + w(r, 1) * row[1].b + w(r, 2) * row[2].b, row[r]);
+                add(
+                    [&](int m) -> Vec6<S> {
+                        return m == 0 ? w(r, 0) * row[0].a + w(r, 1) * row[1].a + w(r, 2) * row[2].a
+                                      : w(r, 0) * row[0].b + w(r, 1) * row[1].b + w(r, 2) * row[2].b;
+                    },
+                    row[r]);
             }
         } else {
             for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
                 if (weight_[i] > S(0)) {
                     const Row<S>& row = island.rows[i];
-                    add(weight_[i] * row.a, weight_[i] * row.b, row);
+                    add([&](int m) -> Vec6<S> { return weight_[i] * bodyGradient(row, block, m); }, row);
                 }
             }
         }
         if (!any) {
             continue;
         }
-        if (a >= 0) {
-            factor_.addDiagonal(a, aa);
+        for (int m = 0; m < block.bodyCount(); ++m) {
+            if (const int n = node_[at(block.body(m))]; n >= 0) {
+                factor_.addDiagonal(n, diagonal[at(m)]);
+            }
         }
-        if (b >= 0) {
-            factor_.addDiagonal(b, bb);
-        }
-        if (edgeOfBlock_[k] >= 0) {
-            factor_.addEdge(at(edgeOfBlock_[k]), edgeFlipped_[k] ? Mat6<S>(ab.transpose()) : ab);
-        }
+        forEachEdge(block, [&](std::size_t pair, int a, int b) {
+            factor_.addEdge(edgesOfBlock_[k][pair], a > b ? Mat6<S>(off[pair].transpose()) : off[pair]);
+        });
     }
     ++report.factorisations;
     factored_ = factor_.factor();

@@ -65,6 +65,20 @@ private:
         return island.blocks[block].count == 3 && island.blocks[block].kind == BlockKind::Contact &&
                problem.friction[block] >= S(0);
     }
+    static std::size_t pairOf(int l, int m) { return static_cast<std::size_t>(m * (m - 1) / 2 + l); }  // l < m
+    // visit(pairOf(l, m), node of l, node of m) for each two dynamic bodies of a block.
+    template <class Visit>
+    void forEachEdge(const RowBlock<S>& block, const Visit& visit) const {
+        for (int m = 1; m < block.bodyCount(); ++m) {
+            for (int l = 0; l < m; ++l) {
+                const int a = node_[at(block.body(l))];
+                const int b = node_[at(block.body(m))];
+                if (a >= 0 && b >= 0) {
+                    visit(pairOf(l, m), a, b);
+                }
+            }
+        }
+    }
     void regularise(const Island<S>& island, S reg);
     void startLift(const Island<S>& island);
     double updateLift(const Island<S>& island);
@@ -90,8 +104,7 @@ private:
 
     std::vector<int> node_;  // of each body; -1: fixed
     std::vector<int> bodyOfNode_;
-    std::vector<int> edgeOfBlock_;  // -1: one of the bodies is fixed
-    std::vector<std::uint8_t> edgeFlipped_;
+    std::vector<std::array<std::size_t, 6>> edgesOfBlock_;  // by pairOf(); unset where one of the bodies is fixed
     BlockCholesky<S> factor_;
 
     std::vector<S> delta_;      // regularisation of each row

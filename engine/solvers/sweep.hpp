@@ -13,14 +13,20 @@ struct RowProblem {
     std::vector<Vec6<S>> v;   // twist of each body
 
     S rowVelocity(const Row<S>& row, const RowBlock<S>& block) const {
-        return row.a.dot(v[static_cast<std::size_t>(block.a)]) + row.b.dot(v[static_cast<std::size_t>(block.b)]);
+        return rowDot(row, block, [&](int i) -> const Vec6<S>& { return v[static_cast<std::size_t>(i)]; });
     }
 
     void push(const Island<S>& island, const Row<S>& row, const RowBlock<S>& block, S impulse) {
-        const std::size_t a = static_cast<std::size_t>(block.a);
-        const std::size_t b = static_cast<std::size_t>(block.b);
-        v[a] += island.bodies[a].applyInverseMass(row.a * impulse);
-        v[b] += island.bodies[b].applyInverseMass(row.b * impulse);
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            const std::size_t i = static_cast<std::size_t>(block.body(k));
+            const SolverBody<S>& body = island.bodies[i];
+            if (block.particles) {
+                const Vec6<S>& half = k < 2 ? row.a : row.b;
+                v[i].template head<3>() += body.inverseMass * impulse * half.template segment<3>(k % 2 == 0 ? 0 : 3);
+            } else {
+                v[i] += body.applyInverseMass((k == 0 ? row.a : row.b) * impulse);
+            }
+        }
     }
 
     // p_i <- clamp(p_i - xi (J_i v + b_i + s_i p_i) / (A_ii + s_i)); friction: both tangents from one velocity, then

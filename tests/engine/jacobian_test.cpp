@@ -142,7 +142,7 @@ void checkJoint(double away) {
         Joint<double> exact;
         exact.def = joint.def;
         exact.frames = {joint.frames.a.template cast<double>(), joint.frames.b.template cast<double>(),
-                        static_cast<double>(joint.frames.length)};
+                        static_cast<double>(joint.frames.rest)};
         const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
             RowBlock<T> block;
             if constexpr (std::is_same_v<T, S>) {

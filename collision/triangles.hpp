@@ -1,0 +1,33 @@
+#pragma once
+// Inside collision/ only. Meshes and height fields seen alike: triangles in the shape's frame, found by boxes.
+#include <cairn/collision/collision_mesh.hpp>
+#include <cairn/collision/height_field.hpp>
+
+namespace cairn {
+
+constexpr bool isSurface(ShapeKind kind) {
+    return kind == ShapeKind::Mesh || kind == ShapeKind::HeightField;
+}
+
+struct Triangle {
+    int index = 0;
+    std::array<int, 3> vertices{};  // ids: equal where triangles share a corner (of a welded mesh)
+    std::array<Vec3d, 3> corners;   // shape frame, scaled
+    Vec3d face;                     // unit, outward
+    unsigned active = 0;            // bit k: edge k can be touched from a side
+};
+
+Triangle triangleOf(const Shape& surface, int index);
+// Only its corners.
+std::array<Vec3d, 3> cornersOf(const Shape& surface, int index);
+
+// See CollisionMesh and HeightField.
+void findTriangles(const Shape& surface, const Aabb& region, std::vector<int>& out);
+void sweepTriangles(const Shape& surface, const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents,
+                    double limit, FunctionRef<double(int, double)> visit);
+void nearTriangles(const Shape& surface, const Aabb& box, double limit, FunctionRef<double(int, double)> visit);
+
+// Nearest point of a triangle. edges: bit k set where it lies on edge k; two bits at a corner, none inside.
+Vec3d nearestOfTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& p, unsigned& edges);
+
+}  // namespace cairn

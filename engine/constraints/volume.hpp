@@ -1,0 +1,31 @@
+#pragma once
+// Volume of a tetrahedron of particles: C = 6 (V - V0) / (6 |V0|)^(2/3), which is a length, so that errors and
+// compliance have the units of other linear rows (seed 6.5.2; gradients 6.52).
+#include <cairn/engine/constraints/joint_parts.hpp>
+
+namespace cairn {
+
+// Keeps the volume that four particles span at the time of adding.
+struct VolumeDef {
+    BodyId a = {}, b = {}, c = {}, d = {};  // four different particles, at least one of them dynamic
+    Softness softness = {};
+    bool collide = true;  // particles of one body are kept apart by their filter, not by their joints
+
+    static constexpr const char* typeName = "volume";
+    static constexpr bool betweenParticles = true;
+};
+
+template <class S>
+void linearize(const VolumeDef&, const JointFrames<S>& frames, const std::array<Vec3<S>, 4>& x, RowWriter<S>& rows) {
+    const Vec3<S> b = x[1] - x[0];
+    const Vec3<S> c = x[2] - x[0];
+    const Vec3<S> d = x[3] - x[0];
+    const S side = std::cbrt(S(6) * std::abs(frames.rest));
+    const S scale = S(1) / (side * side);
+    const Vec3<S> gb = scale * c.cross(d);
+    const Vec3<S> gc = scale * d.cross(b);
+    const Vec3<S> gd = scale * b.cross(c);
+    rows.particles(scale * b.dot(c.cross(d)) - std::copysign(side, frames.rest), -(gb + gc + gd), gb, gc, gd);
+}
+
+}  // namespace cairn
