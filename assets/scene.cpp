@@ -87,36 +87,23 @@ std::vector<std::vector<double>> loadHeights(const std::filesystem::path& file, 
     return rows;
 }
 
-// Two triangles a cell, seen from above; the grid is centred on the shape's origin.
-TriangleMesh gridMesh(const std::vector<std::vector<double>>& heights, double cellSize, const std::string& place) {
+Shape fieldOf(const std::vector<std::vector<double>>& heights, double cellSize, const std::string& place) {
     const std::size_t rows = heights.size();
     if (rows < 2 || heights[0].size() < 2) {
         throw InputError(place, std::to_string(rows) + " rows of " + std::to_string(rows > 0 ? heights[0].size() : 0),
                          "give at least two rows of at least two heights");
     }
     const std::size_t columns = heights[0].size();
-    TriangleMesh mesh;
+    std::vector<double> all;
+    all.reserve(rows * columns);
     for (std::size_t row = 0; row < rows; ++row) {
         if (heights[row].size() != columns) {
             throw InputError(place + "/" + std::to_string(row), std::to_string(heights[row].size()) + " heights",
                              "give each row as many as the first one has: " + std::to_string(columns));
         }
-        for (std::size_t column = 0; column < columns; ++column) {
-            mesh.vertices.emplace_back(
-                (static_cast<double>(column) - 0.5 * static_cast<double>(columns - 1)) * cellSize, heights[row][column],
-                (static_cast<double>(row) - 0.5 * static_cast<double>(rows - 1)) * cellSize);
-        }
+        all.insert(all.end(), heights[row].begin(), heights[row].end());
     }
-    for (std::size_t row = 0; row + 1 < rows; ++row) {
-        for (std::size_t column = 0; column + 1 < columns; ++column) {
-            const int corner = static_cast<int>(row * columns + column);
-            const int right = corner + 1;
-            const int below = corner + static_cast<int>(columns);
-            mesh.triangles.push_back({corner, below, right});
-            mesh.triangles.push_back({right, below, below + 1});
-        }
-    }
-    return mesh;
+    return heightField(static_cast<int>(columns), static_cast<int>(rows), std::move(all), cellSize);
 }
 
 // A file's structs made into a Scene. Places in errors are JSON pointers into that file.
@@ -266,8 +253,8 @@ private:
                 }
             }
         }
-        const TriangleMesh grid = gridMesh(heights, s.cellSize, place + (s.file.empty() ? "/heights" : "/file"));
-        return locate(place, [&] { return mesh(grid); });
+        return locate(place,
+                      [&] { return fieldOf(heights, s.cellSize, place + (s.file.empty() ? "/heights" : "/file")); });
     }
 
     static Shape halfspace(const HalfSpaceFields& s) {
@@ -388,7 +375,19 @@ ShapeFields fieldsOf(const Shape& shape) {
         case ShapeKind::Mesh:
             s.mesh = MeshFields{.vertices = shape.mesh->triangles().vertices,
                                 .triangles = shape.mesh->triangles().triangles};
+            for (Vec3d& vertex : s.mesh->vertices) {
+                vertex = vertex.cwiseProduct(size).eval();
+            }
             break;
+        case ShapeKind::HeightField: {
+            const HeightField& field = *shape.field;
+            s.heightfield = HeightfieldFields{.cellSize = field.cellSize()};
+            for (int row = 0; row < field.rows(); ++row) {
+                const auto first = field.heights().begin() + static_cast<std::ptrdiff_t>(row) * field.columns();
+                s.heightfield->heights.emplace_back(first, first + field.columns());
+            }
+            break;
+        }
     }
     s.pose = shape.pose;
     const Material& m = shape.material;
