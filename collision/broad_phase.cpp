@@ -1,5 +1,6 @@
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <cairn/base/base.hpp>
+#include <cairn/collision/box_walk.hpp>
 #include <cairn/collision/broad_phase.hpp>
 #include <cairn/collision/fcl_layout.hpp>
 
@@ -94,6 +95,22 @@ public:
                 open.push_back(node->children[0]);
             }
         }
+    }
+
+    // Calls f(proxy, limit) for the leaves by their measure, the nearer first; answers the last limit.
+    template <class Measure, class F>
+    double walk(double limit, Measure measure, F f) const {
+        if (manager_->empty()) {
+            return limit;
+        }
+        return walkNearest(
+            static_cast<const Node*>(manager_->getTree().getRoot()), limit,
+            [&](const Node* node, double within) { return measure(node->bv.min_, node->bv.max_, within); },
+            [](const Node* node) { return node->isLeaf(); },
+            [](const Node* node, int side) -> const Node* { return node->children[side]; },
+            [&](const Node* node, double within) {
+                return f(*static_cast<Proxy*>(static_cast<fcl::CollisionObject<double>*>(node->data)), within);
+            });
     }
 
 private:
@@ -334,6 +351,47 @@ std::vector<ProxyId> BroadPhase::query(const Aabb& region) const {
     }
     std::sort(ids.begin(), ids.end());
     return ids;
+}
+
+// measure(low, high, limit): how far a box is along the walk, infinite where it is out of it.
+template <class Measure>
+void BroadPhase::walk(double limit, Measure measure, Visitor visit) const {
+    const auto meet = [&](const Proxy& proxy) {
+        const double bound = measure(proxy.getAABB().min_, proxy.getAABB().max_, limit);
+        if (bound <= limit && !std::isinf(bound)) {
+            limit = visit(proxy.id, limit);
+        }
+    };
+    for (const Proxy* proxy : impl_->endless) {
+        if (!proxy->isMoved) {
+            meet(*proxy);
+        }
+    }
+    // The trees know the old boxes of what has moved since the last update.
+    for (ProxyId id : impl_->toAsk) {
+        const Proxy* proxy = impl_->proxies[id].get();
+        if (proxy && proxy->isMoved) {
+            meet(*proxy);
+        }
+    }
+    const auto meetUnmoved = [&](const Proxy& proxy, double within) {
+        return proxy.isMoved ? within : visit(proxy.id, within);
+    };
+    limit = impl_->moving.walk(limit, measure, meetUnmoved);
+    impl_->still.walk(limit, measure, meetUnmoved);
+}
+
+void BroadPhase::cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, double limit,
+                      Visitor visit) const {
+    const BoxSweep sweep(origin, motion, halfExtents);
+    walk(
+        limit, [&](const Vec3d& low, const Vec3d& high, double within) { return sweep.entry(low, high, within); },
+        visit);
+}
+
+void BroadPhase::near(const Aabb& box, Visitor visit, double limit) const {
+    walk(
+        limit, [&](const Vec3d& low, const Vec3d& high, double) { return boxDistance(box, low, high); }, visit);
 }
 
 std::size_t BroadPhase::lastReinserted() const {

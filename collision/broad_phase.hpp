@@ -2,9 +2,11 @@
 // Which bodies may touch: FCL's dynamic AABB tree over fattened boxes, kept from step to step.
 // A body is asked again only when its tight box leaves its fat one. Static and moving bodies live in separate trees, so
 // that static ones never look for each other; boxes without end (half-spaces) are kept in a list of their own.
+#include <cairn/collision/function_ref.hpp>
 #include <cairn/collision/shape.hpp>
 
 #include <functional>
+#include <limits>
 
 namespace cairn {
 
@@ -48,10 +50,22 @@ public:
     // The ids whose fat boxes overlap `region`, sorted; they are as the last add(), remove() or move() left them.
     // Thread-safe beside other queries.
     std::vector<ProxyId> query(const Aabb& region) const;
+    // The walks below call visit(id, limit) for the bodies whose fat boxes are in question, roughly the nearest first;
+    // it answers the new limit, no greater than the old one, beyond which nothing is asked; one below 0 ends the walk.
+    // Which bodies end up asked may depend on the tree's history, so an answer must not hang on the order: of equal
+    // ones take the lowest id. They see the boxes as the last add(), remove() or move() left them. Thread-safe beside
+    // other queries.
+    using Visitor = FunctionRef<double(ProxyId, double)>;
+    // Those that a box of these half extents meets between `origin` and origin + limit * motion; a ray's are zero.
+    void cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, double limit, Visitor visit) const;
+    // Those within `limit` (m) of a box.
+    void near(const Aabb& box, Visitor visit, double limit = std::numeric_limits<double>::infinity()) const;
 
     std::size_t lastReinserted() const;  // bodies re-inserted by the last update
 
 private:
+    template <class Measure>
+    void walk(double limit, Measure measure, Visitor visit) const;
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -210,6 +210,16 @@ double reach(const Convex& s, const Vec3d& n, int& hint) {
     return supportCore(s, n, hint).dot(n) + s.radius;
 }
 
+Aabb boxOf(const Convex& s) {
+    Aabb box;
+    int hint = 0;
+    for (int i = 0; i < 3; ++i) {
+        box.max[i] = reach(s, Vec3d::Unit(i), hint);
+        box.min[i] = -reach(s, -Vec3d::Unit(i), hint);
+    }
+    return box;
+}
+
 Vec3d centreOf(const Convex& s) {
     switch (s.kind) {
         case ShapeKind::Mesh:

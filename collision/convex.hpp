@@ -35,6 +35,8 @@ Convex makeTriangle(const Vec3d& p0, const Vec3d& p1, const Vec3d& p2);
 Vec3d supportCore(const Convex& shape, const Vec3d& direction, int& hint);
 // How far the shape with its rounding reaches along the unit vector n, m.
 double reach(const Convex& shape, const Vec3d& n, int& hint);
+// Its box along the work frame's axes.
+Aabb boxOf(const Convex& shape);
 // A point inside the shape.
 Vec3d centreOf(const Convex& shape);
 // A length, m, by which tolerances are scaled: about the smallest half extent.

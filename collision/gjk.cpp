@@ -55,9 +55,12 @@ Near nearOnTriangle(const Simplex& s, int i, int j, int k) {
     if (d6 >= 0 && d5 <= d6) {
         return {c, {k}, {1}, 1};
     }
-    const double vc = d1 * d4 - d3 * d2;
-    const double vb = d5 * d2 - d1 * d6;
-    const double va = d3 * d6 - d5 * d4;
+    // The areas that the origin spans with the sides, from the normal: a sliver of height h and length L keeps them to
+    // 1e-16 L / h, where products of the six dot products keep 1e-16 (L / h)^2.
+    const Vec3d normal = ab.cross(ac);
+    const double va = normal.dot(b.cross(c));
+    const double vb = normal.dot(c.cross(a));
+    const double vc = normal.dot(a.cross(b));
     const double area2 = va + vb + vc;
     if (vc <= 0 || vb <= 0 || va <= 0 || !(area2 > 0)) {
         // On an edge, or the triangle is a sliver: the nearest of its edges.
@@ -71,7 +74,6 @@ Near nearOnTriangle(const Simplex& s, int i, int j, int k) {
         return best;
     }
     // The plane's nearest point by its normal: exact where the weights would cancel.
-    const Vec3d normal = ab.cross(ac);
     const double v = vb / area2;
     const double w = vc / area2;
     return {normal * (normal.dot(a) / normal.squaredNorm()), {i, j, k}, {1 - v - w, v, w}, 3};

@@ -6,9 +6,6 @@
 namespace cairn {
 namespace {
 
-// Normals closer than 2 degrees make one patch; an edge contact within this of the face's normal is a face contact.
-constexpr double sameNormal = 0.9994;
-
 // Contacts of one direction, gathered over triangles.
 struct Cluster {
     Vec3d normal;
@@ -39,21 +36,6 @@ struct Clusters {
 void add(Clusters& clusters, const Vec3d& normal, const Vec3d& onA, const Vec3d& onB, std::uint64_t feature) {
     Cluster& cluster = clusters.at(normal);
     cluster.candidates.push_back({onA, onB, (onB - onA).dot(cluster.normal), feature});
-}
-
-// The edge of the triangle that a normal leaves over, by the outward directions in its plane.
-int edgeToward(const std::array<Vec3d, 3>& corners, const Vec3d& face, const Vec3d& n) {
-    int best = 0;
-    double most = -1e300;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3d outward = (corners[(k + 1) % 3] - corners[k]).cross(face).normalized();
-        const double dot = outward.dot(n);
-        if (dot > most) {
-            most = dot;
-            best = static_cast<int>(k);
-        }
-    }
-    return best;
 }
 
 void sphereTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsigned active, const Convex& sphere,
@@ -155,7 +137,7 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
         corners = cornersUnder(t, near.onA);
     }
     // From behind only the face's own direction leads out.
-    const int edge = edgeToward(t.corners, t.face, n);
+    const int edge = edgeToward(t, n);
     if (upright <= -0.01 || ((t.active >> edge) & 1u) == 0) {
         return Touch::Inner;
     }
@@ -214,14 +196,8 @@ std::uint32_t patchOf(const Vec3d& n) {
 
 void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
                  std::vector<WorkManifold>& out) {
-    Aabb box;
-    int hint = 0;
-    for (int i = 0; i < 3; ++i) {
-        box.max[i] = reach(b, Vec3d::Unit(i), hint) + margin;
-        box.min[i] = -reach(b, -Vec3d::Unit(i), hint) - margin;
-    }
     scratch.triangles.clear();
-    findTriangles(mesh, box, scratch.triangles);
+    findTriangles(mesh, boxOf(b).grown(margin), scratch.triangles);
     if (scratch.triangles.empty()) {
         return;
     }

@@ -127,10 +127,10 @@ Shape hull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces) {
 }
 
 Shape mesh(const TriangleMesh& triangles) {
-    return mesh(std::make_shared<const CollisionMesh>(triangles));
+    return meshInstance(std::make_shared<const CollisionMesh>(triangles));
 }
 
-Shape mesh(std::shared_ptr<const CollisionMesh> shared, const Vec3d& scale) {
+Shape meshInstance(std::shared_ptr<const CollisionMesh> shared, const Vec3d& scale) {
     CAIRN_CHECK(shared, "no mesh");
     for (int i = 0; i < 3; ++i) {
         if (!std::isfinite(scale[i]) || scale[i] <= 0) {

@@ -61,7 +61,7 @@ Shape hull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces);
 Shape mesh(const TriangleMesh& triangles);
 // An instance of a mesh that shares its triangles and tree. scale > 0, along the axes of the mesh. Which edges can be
 // touched is told from the angles of the unscaled mesh.
-Shape mesh(std::shared_ptr<const CollisionMesh> shared, const Vec3d& scale = Vec3d::Ones());
+Shape meshInstance(std::shared_ptr<const CollisionMesh> shared, const Vec3d& scale = Vec3d::Ones());
 // A grid of heights, one-sided like a mesh, NaN where there is a hole; see HeightField for the layout and the errors.
 Shape heightField(int columns, int rows, std::vector<double> heights, double cellSize);
 Shape heightField(std::shared_ptr<const HeightField> shared);

@@ -81,6 +81,20 @@ void nearTriangles(const Shape& s, const Aabb& box, double limit, FunctionRef<do
     }
 }
 
+int edgeToward(const Triangle& t, const Vec3d& n) {
+    int best = 0;
+    double most = -1e300;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d outward = (t.corners[(k + 1) % 3] - t.corners[k]).cross(t.face).normalized();
+        const double dot = outward.dot(n);
+        if (dot > most) {
+            most = dot;
+            best = static_cast<int>(k);
+        }
+    }
+    return best;
+}
+
 // Ericson, Real-Time Collision Detection, 5.1.5.
 Vec3d nearestOfTriangle(const std::array<Vec3d, 3>& c, const Vec3d& p, unsigned& edges) {
     const Vec3d ab = c[1] - c[0];

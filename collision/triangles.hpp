@@ -27,6 +27,11 @@ void sweepTriangles(const Shape& surface, const Vec3d& origin, const Vec3d& moti
                     double limit, FunctionRef<double(int, double)> visit);
 void nearTriangles(const Shape& surface, const Aabb& box, double limit, FunctionRef<double(int, double)> visit);
 
+// Normals closer than 2 degrees make one patch; an edge contact within this of the face's normal is a face contact.
+constexpr double sameNormal = 0.9994;
+// The edge that a normal leaves over, by the outward directions in the triangle's plane.
+int edgeToward(const Triangle& triangle, const Vec3d& normal);
+
 // Nearest point of a triangle. edges: bit k set where it lies on edge k; two bits at a corner, none inside.
 Vec3d nearestOfTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& p, unsigned& edges);
 
