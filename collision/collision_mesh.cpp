@@ -223,9 +223,13 @@ void CollisionMesh::near(const Aabb& box, const Vec3d& scale, double limit,
 
 std::size_t CollisionMesh::memory() const {
     const auto& model = tree_->model;
+    // FCL counts its nodes and its own copies of vertices and triangles by their pointers only.
+    const auto tree = static_cast<std::size_t>(model.getNumBVs()) * sizeof(model.getBV(0)) +
+                      static_cast<std::size_t>(model.num_vertices) * sizeof(Vec3d) +
+                      static_cast<std::size_t>(model.num_tris) * (sizeof(fcl::Triangle) + sizeof(unsigned));
     return sizeof(*this) + triangles_.vertices.capacity() * sizeof(Vec3d) +
            triangles_.triangles.capacity() * sizeof(std::array<int, 3>) + normals_.capacity() * sizeof(Vec3d) +
-           activeEdges_.capacity() + static_cast<std::size_t>(model.memUsage(0));
+           activeEdges_.capacity() + tree;
 }
 
 void CollisionMesh::find(const Aabb& region, std::vector<int>& out) const {

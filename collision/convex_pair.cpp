@@ -45,7 +45,8 @@ constexpr double sameEnd = 1e-3;
 GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
                  NarrowCounts& counts) {
     OverlapOf overlap{a, b};
-    // The best few, so that a deep overlap is left from more than one side: descent finds local minima only.
+    // The best few, so that an overlap whose least way is not proved is left from more than one side: descent finds
+    // local minima only.
     constexpr std::size_t few = 5;
     std::array<Way, few> ways;
     const auto attempt = [&](const Vec3d& n) {
@@ -92,12 +93,20 @@ GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double 
         }
     }
     std::size_t best = 0;
-    for (std::size_t k = 0; k < (known ? 1 : few) && ways[k].depth < 1e300; ++k) {
-        descend(a, b, scale, 2, overlap, ways[k]);
-        best = ways[k].depth < ways[best].depth ? k : best;
-    }
     if (!known) {
-        descend(a, b, scale, 6, overlap, ways[best]);
+        Vec3d n = ways[0].n;
+        double coreDepth = ways[0].depth - a.radius - b.radius;
+        const bool isLeast = leastOverlap(a, b, 1e-3 * scale, n, coreDepth);
+        attempt(n);
+        for (std::size_t k = 0; k < (isLeast ? 1 : few) && ways[k].depth < 1e300; ++k) {
+            descend(a, b, scale, isLeast ? 6 : 2, overlap, ways[k]);
+            best = ways[k].depth < ways[best].depth ? k : best;
+        }
+        if (!isLeast) {
+            descend(a, b, scale, 6, overlap, ways[best]);
+        }
+    } else {
+        descend(a, b, scale, 2, overlap, ways[0]);
     }
     if (byMpr < 1e300 && ways[best].depth < byMpr - 1e-3 * scale) {
         ++counts.repairedNormals;

@@ -1,6 +1,6 @@
 #pragma once
 // Inside collision/ only. How two convex cores lie to each other: their distance (GJK), and where they overlap a
-// direction that takes them apart (libccd's MPR, then a descent by GJK).
+// direction that takes them apart (libccd's MPR, then the least of all by an expanding polytope).
 #include <cairn/collision/convex.hpp>
 
 namespace cairn {
@@ -21,5 +21,10 @@ GjkAnswer gjk(const Convex& a, const Convex& b, const Vec3d& start, const Vec3d&
 // The direction of libccd's Minkowski portal refinement for overlapping cores, unit, in either sign. False where it has
 // no answer.
 bool mprDirection(const Convex& a, const Convex& b, Vec3d& direction);
+
+// The direction of the least overlap of the cores, by a polytope that grows inside their difference until its nearest
+// face bounds what any direction can do. direction, depth (m): the best known on entry, better or the same on return.
+// True: no direction overlaps less by more than `tolerance`. False: flat cores, or not told within 60 supports.
+bool leastOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& direction, double& depth);
 
 }  // namespace cairn

@@ -30,8 +30,9 @@ bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& m
                 NarrowCounts& counts, WorkManifold& out);
 
 // The way out of overlapping cores: the least overlap over the normal of MPR, all flat faces of both, the remembered
-// normal and the centre line, then descent from the best of them. scale: a length of the smaller shape, m. Its normal
-// is always set; with State::Apart, its points are those of the cores that touch last on the way.
+// normal, the centre line and a search over all directions, then descent from the best of them. scale: a length of the
+// smaller shape, m. Its normal is always set; with State::Apart, its points are those of the cores that touch last on
+// the way.
 GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
                  NarrowCounts& counts);
 // One point along n, or two where lines lie along each other: where no flat face takes part. near: what gjk or wayOut

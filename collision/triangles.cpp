@@ -70,7 +70,11 @@ void nearTriangles(const Shape& s, const Aabb& box, double limit, FunctionRef<do
         found.clear();
         s.field->find(box.grown(reach), found);
         for (const int index : found) {
-            if (!std::binary_search(seen.begin(), seen.end(), index)) {
+            if (std::binary_search(seen.begin(), seen.end(), index)) {
+                continue;
+            }
+            const auto c = cornersOf(s, index);
+            if (boxDistance(box, c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2])) <= limit) {
                 limit = visit(index, limit);
             }
         }
