@@ -163,6 +163,24 @@ CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique
         i = end;
     }
 
+    std::vector<bool> isSharp(triangles_.vertices.size(), false);  // by welded vertex
+    const auto weldedAt = [&](std::size_t t, std::size_t k) {
+        return static_cast<std::size_t>(welded[static_cast<std::size_t>(triangles_.triangles[t][k % 3])]);
+    };
+    for (std::size_t t = 0; t < activeEdges_.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (edgeIsActive(static_cast<int>(t), static_cast<int>(k))) {
+                isSharp[weldedAt(t, k)] = true;
+                isSharp[weldedAt(t, k + 1)] = true;
+            }
+        }
+    }
+    for (std::size_t t = 0; t < activeEdges_.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            activeEdges_[t] |= static_cast<std::uint8_t>(isSharp[weldedAt(t, k)] ? 8u << k : 0u);
+        }
+    }
+
     std::vector<fcl::Triangle> indices;
     for (const std::array<int, 3>& t : triangles_.triangles) {
         indices.emplace_back(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]),

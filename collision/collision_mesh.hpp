@@ -17,6 +17,8 @@ public:
     // Whether the edge from vertex k to k+1 of a triangle can be touched from a side: false where the neighbour is
     // coplanar or the edge is concave, so that bodies do not catch on inner edges.
     bool edgeIsActive(int triangle, int k) const;
+    // Bit k: an active edge, of this triangle or of another, ends at corner k.
+    unsigned sharpCorners(int triangle) const { return activeEdges_[static_cast<std::size_t>(triangle)] >> 3u; }
 
     // Whether each edge has exactly one triangle on either side: only then is there an inside.
     bool isClosed() const { return isClosed_; }
@@ -36,7 +38,7 @@ private:
     struct Tree;
     TriangleMesh triangles_;
     std::vector<Vec3d> normals_;
-    std::vector<std::uint8_t> activeEdges_;  // bit k: edge k
+    std::vector<std::uint8_t> activeEdges_;  // bit k: edge k; bit 3 + k: corner k is sharp
     Aabb bounds_;
     bool isClosed_ = true;
     std::unique_ptr<Tree> tree_;

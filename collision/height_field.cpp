@@ -141,6 +141,7 @@ HeightField::HeightField(int columns, int rows, std::vector<double> heights, dou
         const Vec3d origin = vertex(v[0]);
         return Vec3d((vertex(v[1]) - origin).cross(vertex(v[2]) - origin).normalized());
     };
+    isSharp_.assign(heights_.size(), false);
     active_.assign(static_cast<std::size_t>(cellsX) * static_cast<std::size_t>(cellsZ), 0);
     for (int triangle = 0; triangle < triangleCount(); ++triangle) {
         if (!isThere(triangle)) {
@@ -164,6 +165,8 @@ HeightField::HeightField(int columns, int rows, std::vector<double> heights, dou
             if (isActive) {
                 active_[static_cast<std::size_t>(triangle / 2)] |=
                     static_cast<std::uint8_t>(1u << static_cast<unsigned>(3 * (triangle % 2) + edge));
+                isSharp_[static_cast<std::size_t>(v[static_cast<std::size_t>(edge)])] = true;
+                isSharp_[static_cast<std::size_t>(v[static_cast<std::size_t>((edge + 1) % 3)])] = true;
             }
         }
     }
@@ -193,6 +196,15 @@ Vec3d HeightField::vertex(int id) const {
 
 unsigned HeightField::activeEdges(int triangle) const {
     return (active_[static_cast<std::size_t>(triangle / 2)] >> (3 * (triangle % 2))) & 7u;
+}
+
+unsigned HeightField::sharpCorners(int triangle) const {
+    const auto v = vertices(triangle);
+    unsigned sharp = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        sharp |= isSharp_[static_cast<std::size_t>(v[k])] ? 1u << k : 0u;
+    }
+    return sharp;
 }
 
 double HeightField::heightAt(double x, double z) const {

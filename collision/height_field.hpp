@@ -27,6 +27,7 @@ public:
     Vec3d vertex(int id) const;
     // Bit k: edge k can be touched from a side, see CollisionMesh.
     unsigned activeEdges(int triangle) const;
+    unsigned sharpCorners(int triangle) const;  // bit k: an active edge, of any triangle, ends at corner k
     // The height above (x, z), m, shape frame: NaN over holes and beyond the grid.
     double heightAt(double x, double z) const;
 
@@ -49,6 +50,7 @@ private:
     double cell_;
     std::vector<double> heights_;
     std::vector<std::uint8_t> active_;  // by cell: 3 bits a triangle
+    std::vector<bool> isSharp_;         // by vertex id
     // Tiles of `tileCells` cells a side with their least and greatest height; least > greatest: nothing there.
     int tilesX_ = 0;
     std::vector<std::array<double, 2>> tiles_;

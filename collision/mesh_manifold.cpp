@@ -71,18 +71,13 @@ unsigned cornersUnder(const Triangle& t, const Vec3d& p) {
     return mask;
 }
 
-// Clips the shape by the triangle along its normal into scratch.candidates; answers their least separation.
-double clipByFace(const Triangle& t, const Convex& b, double margin, Scratch& scratch) {
+// Clips the shape by the triangle along its normal into scratch.candidates.
+void clipByFace(const Triangle& t, const Convex& b, double margin, Scratch& scratch) {
     fillFace(makeTriangle(t.corners[0], t.corners[1], t.corners[2]), t.face, scratch.face);
     scratch.face.normal = t.face;
     incidentOutline(b, -t.face, scratch.incident);
     scratch.candidates.clear();
     clipToFace(scratch, b.radius, margin);
-    double lowest = 1e300;
-    for (const Candidate& c : scratch.candidates) {
-        lowest = std::min(lowest, c.separation);
-    }
-    return lowest;
 }
 
 void addFace(const Triangle& t, const Scratch& scratch, Clusters& clusters) {
@@ -108,15 +103,11 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
     }
     const double scale = scaleOf(b);
     corners = 0b111;
-    if (t.active == 0) {
-        const double lowest = clipByFace(t, b, margin, scratch);
-        if (scratch.candidates.empty()) {
-            return Touch::None;  // its face is all that it could add
-        }
-        if (lowest < -faceDepth + 1e-3 * scale + 0.01 * std::abs(faceDepth)) {
-            addFace(t, scratch, clusters);
-            return Touch::Face;
-        }
+    if (t.active == 0 && t.sharp == 0) {
+        // Its face is all that it can add, and what is deeper beside it is its neighbours'.
+        clipByFace(t, b, margin, scratch);
+        addFace(t, scratch, clusters);
+        return scratch.candidates.empty() ? Touch::None : Touch::Face;
     }
     const GjkAnswer apart = gjk(a, b, t.face, Vec3d::Zero(), margin + b.radius);
     if (apart.state == GjkAnswer::State::Beyond) {

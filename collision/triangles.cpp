@@ -25,10 +25,12 @@ Triangle triangleOf(const Shape& s, int index) {
     if (s.kind == ShapeKind::HeightField) {
         t.vertices = s.field->vertices(index);
         t.active = s.field->activeEdges(index);
+        t.sharp = s.field->sharpCorners(index);
         t.face = (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]).normalized();
         return t;
     }
     t.vertices = s.mesh->triangles().triangles[static_cast<std::size_t>(index)];
+    t.sharp = s.mesh->sharpCorners(index);
     for (int k = 0; k < 3; ++k) {
         t.active |= s.mesh->edgeIsActive(index, k) ? 1u << k : 0u;
     }

@@ -15,6 +15,7 @@ struct Triangle {
     std::array<Vec3d, 3> corners;   // shape frame, scaled
     Vec3d face;                     // unit, outward
     unsigned active = 0;            // bit k: edge k can be touched from a side
+    unsigned sharp = 0;             // bit k: such an edge, of this triangle or of another, ends at corner k
 };
 
 Triangle triangleOf(const Shape& surface, int index);

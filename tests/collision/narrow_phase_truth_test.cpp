@@ -1,5 +1,5 @@
-// Every pair of convex kinds in random poses against a search over directions that shares nothing with the narrow
-// phase.
+// Boxes against their separating axes, and the thin shapes on which libccd's own normals go wrong; every pair of kinds
+// is in every_pair_test.cpp.
 #include "narrow_truth.hpp"
 
 #include <gtest/gtest.h>
@@ -10,14 +10,6 @@ namespace {
 using truth::Least;
 
 constexpr double margin = 0.02;
-
-struct Range {
-    const char* name;
-    double least;  // overlap, m; negative: apart
-    double most;
-    double within;  // how far the answered overlap may be off the least one, m
-    double relative;
-};
 
 // A pose whose least overlap is about `target`: random, then shifted along the least direction.
 Posed poseOfOverlap(const Shape& a, const Shape& b, double target, std::mt19937& random) {
@@ -31,56 +23,6 @@ Posed poseOfOverlap(const Shape& a, const Shape& b, double target, std::mt19937&
     pose.position += (least.overlap - target) * least.normal;
     return pose;
 }
-
-class EveryPair : public testing::TestWithParam<int> {};
-
-TEST_P(EveryPair, AgreesWithASearchOverDirections) {
-    const std::vector<Shape> shapes = truth::convexShapes();
-    const Shape& a = shapes[static_cast<std::size_t>(GetParam()) / shapes.size()];
-    const Shape& b = shapes[static_cast<std::size_t>(GetParam()) % shapes.size()];
-    // Deep overlaps are left by a local minimum at times: any that is not a quarter worse than the best is sensible.
-    const std::array<Range, 3> ranges{
-        {{"within the margin", -0.019, 0, 1e-3, 0}, {"shallow", 0, 0.01, 1e-3, 0.05}, {"deep", 0.02, 0.2, 5e-3, 0.25}}};
-    std::mt19937 random(static_cast<unsigned>(GetParam()) + 1);
-    for (const Range& range : ranges) {
-        std::uniform_real_distribution<double> target(range.least, range.most);
-        for (int i = 0; i < 20; ++i) {
-            const Posed pose = poseOfOverlap(a, b, target(random), random);
-            const Least least = truth::leastOverlap(a, b, pose, 400);
-            SCOPED_TRACE(std::string(name(a.kind)) + " and " + name(b.kind) + ", " + range.name + " " +
-                         std::to_string(i) + ", overlap " + std::to_string(least.overlap));
-            const auto found = truth::ask(a, b, pose, margin);
-            if (found.empty()) {
-                EXPECT_LT(least.overlap, -margin + 2e-4);
-                continue;
-            }
-            ASSERT_EQ(found.size(), 1u);
-            const Manifold& m = found[0];
-            ASSERT_TRUE(m.count >= 1 && m.count <= 4);
-            ASSERT_NEAR(m.normal.norm(), 1, 1e-9);
-            const double along = truth::overlap(a, b, pose, m.normal);
-            EXPECT_LT(along, least.overlap + range.within + range.relative * std::abs(least.overlap));
-            double deepest = 1;
-            for (int k = 0; k < m.count; ++k) {
-                const ContactPoint& p = m.points[static_cast<std::size_t>(k)];
-                ASSERT_TRUE(p.onA.allFinite() && p.onB.allFinite());
-                EXPECT_NEAR((pose * p.onB - p.onA).dot(m.normal), p.separation, 1e-12);
-                EXPECT_LE(p.separation, margin);
-                deepest = std::min(deepest, p.separation);
-            }
-            // The points are as deep as the direction says.
-            EXPECT_NEAR(deepest, -along, 2e-3 + 0.1 * std::max(0.0, along));
-        }
-    }
-}
-
-std::string pairName(const testing::TestParamInfo<int>& info) {
-    const std::vector<Shape> shapes = truth::convexShapes();
-    return std::string(name(shapes[static_cast<std::size_t>(info.param) / shapes.size()].kind)) + "_" +
-           name(shapes[static_cast<std::size_t>(info.param) % shapes.size()].kind);
-}
-
-INSTANTIATE_TEST_SUITE_P(ConvexKinds, EveryPair, testing::Range(0, 49), pairName);
 
 // The exact separating-axis answer, over all 15 axes, where boxes overlap.
 TEST(BoxBox, DepthAndNormalAsTheSeparatingAxes) {
