@@ -81,6 +81,7 @@ void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, 
         } else {
             near = convexPair(a, b, margin, memory, scratch, counts, manifold);
         }
+        near = near && !isSeam(a, b, scratch, manifold);
     }
     if (near) {
         out.push_back(manifold);

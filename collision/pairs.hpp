@@ -40,6 +40,11 @@ GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double 
 void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& near, double margin,
                   WorkManifold& out);
 
+// seam.cpp: tiles of one floor must not stop what slides over them a little sunk in. True where two flat-sided shapes
+// meet in a strip of no width only because they overlap, or miss each other, by less than 1 mm (2 % of the thinner one)
+// along a face across the contact: such a strip carries nothing, but would trip.
+bool isSeam(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met);
+
 // The signed distance of a point to a shape that is not placed: negative inside.
 struct SurfacePoint {
     Vec3d point;   // nearest on the surface
