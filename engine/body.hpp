@@ -7,17 +7,18 @@ namespace cairn {
 template <class S>
 struct Body {
     BodyDef def;
-    Vec3<S> localCentre = Vec3<S>::Zero();  // centre of mass in the body's frame
-    Pose<S> pose;                           // of the centre of mass
-    Pose<S> home;                           // at the time of adding, for axis locks
-    Vec3<S> v = Vec3<S>::Zero();            // m/s, of the centre of mass
-    Vec3<S> w = Vec3<S>::Zero();            // rad/s, world axes
-    S mass = 0;                             // 0: fixed
-    Mat3<S> inertia = Mat3<S>::Zero();      // about the centre of mass, body axes
-    Vec3<S> force = Vec3<S>::Zero();        // N, asked for this step
-    Vec3<S> torque = Vec3<S>::Zero();       // N m, about the centre of mass
-    bool gyroscopic = false;                // its inertia differs between axes, so that w turns by itself
-    bool locked = false;                    // has an axis lock
+    Vec3<S> localCentre = Vec3<S>::Zero();   // centre of mass in the body's frame
+    Pose<S> pose;                            // of the centre of mass
+    Pose<S> home;                            // at the time of adding, for axis locks
+    Vec3<S> v = Vec3<S>::Zero();             // m/s, of the centre of mass
+    Vec3<S> w = Vec3<S>::Zero();             // rad/s, world axes
+    S mass = 0;                              // 0: fixed
+    Mat3<S> inertia = Mat3<S>::Zero();       // about the centre of mass, body axes
+    Vec3<S> acceleration = Vec3<S>::Zero();  // m/s2, mean over the last step
+    Vec3<S> force = Vec3<S>::Zero();         // N, asked for this step
+    Vec3<S> torque = Vec3<S>::Zero();        // N m, about the centre of mass
+    bool gyroscopic = false;                 // its inertia differs between axes, so that w turns by itself
+    bool locked = false;                     // has an axis lock
 
     bool awake = true;
     double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from restPose

@@ -51,14 +51,34 @@ struct BodyDef {
 
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
+// How sweeps are over-relaxed (seed 4.9).
+enum class RelaxationRule {
+    Fixed,     // by SolverDef::relaxation
+    Optimal,   // from the measured spectral radius of the Jacobi iteration
+    Adaptive,  // raised while sweeps change less and less, lowered when they do not
+};
+
 // The numbers that a solver takes. Zero: the solver's own measured default.
 struct SolverDef {
-    std::string name = "auto";  // auto, direct, gauss_seidel (see solvers/list.cpp)
+    std::string name = "auto";  // one of solverList()
     int substeps = 0;           // sub-steps a step
     int iterations = 0;         // sweeps (gauss_seidel) or Newton rounds at most (direct), a sub-step
     double relaxation = 0;      // of a sweep, in (0, 2); 1: plain Gauss-Seidel
-    double warmStart = 1;       // share of the last step's lambda that a step starts from, in [0, 1]
-    double tolerance = 0;       // m/s: direct ends when no row's velocity is wrong by more
+    RelaxationRule relaxationRule = RelaxationRule::Fixed;  // gauss_seidel, of four sweeps or more
+    bool massSplitting = true;                              // jacobi; without it the plain method, which may diverge
+    bool chebyshev = false;                                 // jacobi: accelerated where no bound opens or shuts
+    double stiffness = 1;  // nonlinear_gs: share of a hard row's error that a sub-step removes, in (0, 1]
+    // nonlinear_gs, avbd: errors found at the start of a sub-step are projected away after it, and leave no speed.
+    bool postStabilise = true;
+    bool refreshRows = true;  // nonlinear_gs, xpbd: J and A_ii taken anew at every visit, and not only C
+    // vbd, avbd: penalty of hard rows h^2 rho, relative to the mass on the load path; 0: the solver's own.
+    double penalty = 0;
+    // Inertia grows by what joints' forces resist to turning (seed 7.20): steadies taut chains at long steps, damps
+    // their swing. avbd has it on by itself.
+    bool geometricStiffness = false;
+    int clusterSize = 0;   // cluster: most bodies solved exactly together
+    double warmStart = 1;  // share of the last step's lambda that a step starts from, in [0, 1]
+    double tolerance = 0;  // m/s: direct ends when no row's velocity is wrong by more
     double directWork =
         0;  // auto: 6x6 block multiply-adds that a sub-step of one island may cost before sweeps take over
 };

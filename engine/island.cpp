@@ -51,6 +51,22 @@ void SolverBody<S>::refreshInertia() {
 }
 
 template <class S>
+Vec3<S> SolverBody<S>::turn(const Vec6<S>& twist, S h) const {
+    // The midpoint rule turns by (w1 + w2) / 2.
+    return h * (twist.template tail<3>() - S(0.5) * gyroTurn) + offset.template tail<3>();
+}
+
+template <class S>
+Pose<S> SolverBody<S>::moved(const Vec6<S>& twist, S h) const {
+    Pose<S> to = pose;
+    to.position += h * twist.template head<3>() + offset.template head<3>();
+    if (!particle) {
+        to.rotation = rotated<S>(pose.rotation, turn(twist, h));
+    }
+    return to;
+}
+
+template <class S>
 void Island<S>::predict(S h) {
     externalImpulse.setZero();
     for (SolverBody<S>& body : bodies) {
@@ -203,13 +219,9 @@ void Island<S>::contactErrors(std::vector<S>& C) const {
 template <class S>
 void Island<S>::integrate(S h) {
     for (SolverBody<S>& body : bodies) {
-        body.pose.position += h * body.v.template head<3>() + body.offset.template head<3>();
-        if (body.particle) {
-            continue;
-        }
-        // The midpoint rule turns by (w1 + w2) / 2; then the world twist turns with the body that carries it.
-        const Vec3<S> turn = h * (body.v.template tail<3>() - S(0.5) * body.gyroTurn) + body.offset.template tail<3>();
-        body.pose.rotation = rotated(body.pose.rotation, turn);
+        const Vec3<S> turn = body.turn(body.v, h);
+        body.pose = body.moved(body.v, h);
+        // The world twist turns with the body that carries it.
         if (body.gyroscopic) {
             body.v.template tail<3>() = expQuat(turn) * Vec3<S>(body.v.template tail<3>());
         }

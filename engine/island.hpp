@@ -27,11 +27,16 @@ struct SolverBody {
     Vec6<S> force = Vec6<S>::Zero();  // gravity and what the game asked for, N and N m
     S linearDecay = 0;                // 1/s
     S angularDecay = 0;
-    Vec6<S> vBefore = Vec6<S>::Zero();   // twist at the start of the sub-step
-    Vec3<S> gyroTurn = Vec3<S>::Zero();  // change of w by the gyroscopic rule in this sub-step, rad/s
-    Vec6<S> offset = Vec6<S>::Zero();    // m and rad, what an impact within the sub-step takes from its motion
+    Vec3<S> acceleration = Vec3<S>::Zero();  // m/s2, mean over the last step
+    Vec6<S> vBefore = Vec6<S>::Zero();       // twist at the start of the sub-step
+    Vec3<S> gyroTurn = Vec3<S>::Zero();      // change of w by the gyroscopic rule in this sub-step, rad/s
+    Vec6<S> offset = Vec6<S>::Zero();        // m and rad, what an impact within the sub-step takes from its motion
 
     void refreshInertia();
+    // Where the body is after h seconds at twist v, starting here (offset and gyroscopic turn of the sub-step
+    // included).
+    Pose<S> moved(const Vec6<S>& twist, S h) const;
+    Vec3<S> turn(const Vec6<S>& twist, S h) const;  // rad, by which it rotates then
     // M^-1 times a generalised impulse.
     Vec6<S> applyInverseMass(const Vec6<S>& impulse) const {
         Vec6<S> dv;

@@ -13,6 +13,7 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const Vec3<S>
     s.pose = body.pose;
     s.v << body.v, body.w;
     s.vBefore = s.v;
+    s.acceleration = body.acceleration;
     if (s.fixed) {
         return s;
     }

@@ -279,11 +279,12 @@ struct World<S>::Impl {
         return sum;
     }
 
-    void writeBack(const Island<S>& island) {
+    void writeBack(const Island<S>& island, S dt) {
         for (const SolverBody<S>& s : island.bodies) {
             if (!s.fixed) {
                 Body<S>& b = bodies[s.index];
                 b.pose = s.pose;
+                b.acceleration = (s.v.template head<3>() - b.v) / dt;
                 b.v = s.v.template head<3>();
                 b.w = s.v.template tail<3>();
             }
@@ -451,7 +452,7 @@ void World<S>::Impl::step(S dt) {
     double penetrationSum = 0;
     int touching = 0;
     for (std::size_t k = 0; k < awake.size(); ++k) {
-        writeBack(awake[k]);
+        writeBack(awake[k], dt);
         restoreNonFinite(awake[k], before);
         measure(awake[k], penetrationSum, touching);
         const SolveReport& s = solved[k];

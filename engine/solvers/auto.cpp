@@ -62,6 +62,13 @@ SolveReport Auto<S>::advance(Island<S>& island, S h) {
     return report;
 }
 
+template <class S>
+std::unique_ptr<Solver<S>> makeAuto(const SolverSettings& settings) {
+    return std::make_unique<Auto<S>>(settings);
+}
+
+template std::unique_ptr<Solver<float>> makeAuto(const SolverSettings&);
+template std::unique_ptr<Solver<double>> makeAuto(const SolverSettings&);
 template class Auto<float>;
 template class Auto<double>;
 

@@ -438,6 +438,13 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
     }
 }
 
+template <class S>
+std::unique_ptr<Solver<S>> makeDirect(const SolverSettings& settings) {
+    return std::make_unique<Direct<S>>(settings);
+}
+
+template std::unique_ptr<Solver<float>> makeDirect(const SolverSettings&);
+template std::unique_ptr<Solver<double>> makeDirect(const SolverSettings&);
 template class Direct<float>;
 template class Direct<double>;
 

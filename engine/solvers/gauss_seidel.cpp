@@ -1,156 +1,108 @@
-#include <cairn/engine/impacts.hpp>
 #include <cairn/engine/solvers/gauss_seidel.hpp>
-
-#include <numbers>
 
 namespace cairn {
 namespace {
 
-// The relaxing sweeps have nothing to start from but the pushed-out answer: one leaves visible speed in four-point
-// contacts.
-constexpr int relaxSweeps = 2;
-
-// Applies the impulses p of the last sub-step, scaled by the share in [0, 1] that lowers the dual objective
-//     1/2 p^T (A + s) p + p^T (J v + b)
-// most. In a steady load the share is 1; after an impact, whose impulse nothing asks for again, it is near 0. A full
-// warm start there feeds energy in, and one sweep cannot take it out.
+// What `optimal` keeps from step to step.
 template <class S>
-void warmStart(const Island<S>& island, RowProblem<S>& problem) {
-    std::vector<S> u(problem.p.size());
-    const auto forEachRow = [&](const auto& visit) {
-        for (const RowBlock<S>& block : island.blocks) {
-            for (int i = block.first; i < block.first + block.count; ++i) {
-                visit(block, static_cast<std::size_t>(i));
-            }
-        }
-    };
-    const std::vector<Vec6<S>> before = problem.v;
-    S slope = 0;
-    forEachRow([&](const RowBlock<S>& block, std::size_t i) {
-        u[i] = problem.rowVelocity(island.rows[i], block);
-        slope += problem.p[i] * (u[i] + problem.terms[i].bias);
-    });
-    forEachRow(
-        [&](const RowBlock<S>& block, std::size_t i) { problem.push(island, island.rows[i], block, problem.p[i]); });
-    S curvature = 0;
-    forEachRow([&](const RowBlock<S>& block, std::size_t i) {
-        curvature += problem.p[i] *
-                     (problem.rowVelocity(island.rows[i], block) - u[i] + problem.terms[i].softness * problem.p[i]);
-    });
-    const S share = curvature > S(0) ? std::clamp(-slope / curvature, S(0), S(1)) : S(0);
-    if (share == S(1)) {
-        return;
+struct RadiusMemory {
+    std::vector<S> mode;
+};
+
+template <class S>
+S optimalRelaxation(Island<S>& island, const RowProblem<S>& problem) {
+    if (std::any_cast<RadiusMemory<S>>(&island.memory.solver) == nullptr) {
+        island.memory.solver = RadiusMemory<S>{};
     }
-    for (S& p : problem.p) {
-        p *= share;
-    }
-    for (std::size_t k = 0; k < before.size(); ++k) {
-        problem.v[k] = before[k] + share * (problem.v[k] - before[k]);
-    }
+    auto& memory = *std::any_cast<RadiusMemory<S>>(&island.memory.solver);
+    const int rounds = memory.mode.size() == problem.p.size() ? 1 : 20;
+    const S radius = std::min(S(0.9999), jacobiRadius(island, problem, memory.mode, rounds));
+    return S(2) / (S(1) + std::sqrt(S(1) - radius * radius));
 }
 
 }  // namespace
 
 template <class S>
-int GaussSeidel<S>::substeps(Island<S>&, S) const {
-    return settings_.def.substeps > 0 ? settings_.def.substeps : 8;
+S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vector<S>& mode, int rounds) {
+    const std::size_t rows = problem.p.size();
+    if (mode.size() != rows) {
+        mode.assign(rows, S(0));
+        for (std::size_t i = 0; i < rows; ++i) {
+            mode[i] = S(1) + S(0.1) * static_cast<S>(i % 7);
+        }
+    }
+    RowProblem<S> product;
+    S radius = 0;
+    for (int round = 0; round < rounds; ++round) {
+        product.v.assign(island.bodies.size(), Vec6<S>::Zero());
+        S before = 0;
+        for (const RowBlock<S>& block : island.blocks) {
+            for (int r = block.first; r < block.first + block.count; ++r) {
+                const std::size_t i = static_cast<std::size_t>(r);
+                const RowTerms<S>& t = problem.terms[i];
+                const bool free = t.mobility > S(0) && problem.p[i] > t.lo && problem.p[i] < t.hi;
+                mode[i] = free ? mode[i] : S(0);
+                before += (t.mobility + t.softness) * mode[i] * mode[i];
+                product.push(island, island.rows[i], block, mode[i]);
+            }
+        }
+        // mode <- mode - D^-1 A mode, in the norm of D, in which the iteration is symmetric.
+        S after = 0;
+        for (const RowBlock<S>& block : island.blocks) {
+            for (int r = block.first; r < block.first + block.count; ++r) {
+                const std::size_t i = static_cast<std::size_t>(r);
+                const RowTerms<S>& t = problem.terms[i];
+                if (mode[i] != S(0)) {
+                    const S scale = t.mobility + t.softness;
+                    mode[i] -= (product.rowVelocity(island.rows[i], block) + t.softness * mode[i]) / scale;
+                    after += scale * mode[i] * mode[i];
+                }
+            }
+        }
+        if (!(before > S(0)) || !(after > S(0))) {
+            mode.clear();
+            return S(0);
+        }
+        radius = std::sqrt(after / before);
+        const S scale = S(1) / std::sqrt(after);
+        for (S& x : mode) {
+            x *= scale;
+        }
+    }
+    return radius;
 }
 
 template <class S>
-SolveReport GaussSeidel<S>::advance(Island<S>& island, S h) {
-    island.predict(h);
-    island.linearize();
-    resolveImpacts(island, settings_, h);
-
-    RowProblem<S> problem;
-    for (const SolverBody<S>& body : island.bodies) {
-        problem.v.push_back(body.v);
-    }
-    const int iterations = settings_.def.iterations > 0 ? settings_.def.iterations : 1;
+void GaussSeidel<S>::iterate(Island<S>& island, RowProblem<S>& problem, int iterations) {
+    const SolverDef& def = this->settings_.def;
     // Over-relaxation with few sweeps a step feeds energy in (facts/solvers 5.4, finding c).
-    const S asked = static_cast<S>(settings_.def.relaxation > 0 ? settings_.def.relaxation : 1);
-    const S relaxation = iterations < 4 ? std::min(asked, S(1)) : asked;
-    const std::size_t rowCount = island.rows.size();
-    problem.terms.resize(rowCount);
-    problem.friction.resize(island.blocks.size());
-    problem.p.resize(rowCount);
-
-    const S omega = S(2) * std::numbers::pi_v<S> * S(0.25) / h;
-    const S zeta = S(10);
-    const S grip = h * omega * (S(2) * zeta + h * omega);
-    const S biasRate = omega / (S(2) * zeta + h * omega);
-    const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
-    std::vector<std::uint8_t> hardRow(rowCount);
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
-        problem.friction[k] = frictionCoefficient(island, block);
-        for (std::size_t i = static_cast<std::size_t>(block.first);
-             i < static_cast<std::size_t>(block.first + block.count); ++i) {
-            const Row<S>& row = island.rows[i];
-            bool hard = false;
-            RowTerms<S>& t = problem.terms[i];
-            t = rowTerms(row, island.mobility(row, block), h, hard);
-            hardRow[i] = hard;
-            if (hard && row.lo == S(0) && row.C > S(0)) {
-                t.bias = row.C / h;
-            } else if (hard) {
-                t.bias = std::clamp(biasRate * row.C, -pushOut, pushOut);
-                t.softness = t.mobility / grip;
-            }
-            problem.p[i] = std::clamp(row.lambda * h * static_cast<S>(settings_.def.warmStart), t.lo, t.hi);
-        }
+    const bool few = iterations < 4;
+    S relaxation = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
+    if (def.relaxationRule == RelaxationRule::Optimal && !few) {
+        relaxation = optimalRelaxation(island, problem);
     }
-
-    warmStart(island, problem);
+    relaxation = few ? std::min(relaxation, S(1)) : relaxation;
+    S before = infinity<S>();
     for (int iteration = 0; iteration < iterations; ++iteration) {
-        problem.sweep(island, relaxation);
+        const S change = problem.sweep(island, relaxation);
+        if (def.relaxationRule == RelaxationRule::Adaptive && !few) {
+            relaxation =
+                change < before ? std::min(S(1.05) * relaxation, S(1.95)) : std::max(S(0.7) * relaxation, S(0.5));
+            before = change;
+        }
     }
+}
 
-    const auto takeVelocities = [&] {
-        for (std::size_t i = 0; i < problem.v.size(); ++i) {
-            island.bodies[i].v = problem.v[i];
-        }
-    };
-    std::vector<S> speed(rowCount, S(0));
-    for (const RowBlock<S>& block : island.blocks) {
-        for (std::size_t i = static_cast<std::size_t>(block.first);
-             i < static_cast<std::size_t>(block.first + block.count); ++i) {
-            speed[i] = problem.rowVelocity(island.rows[i], block);
-        }
-    }
-    takeVelocities();
-    island.integrate(h);
-    for (std::size_t i = 0; i < problem.v.size(); ++i) {
-        problem.v[i] = island.bodies[i].v;
-    }
-    // The relaxing sweeps: no push-out. A contact that was open and took no impulse is left alone, or it would brake
-    // what approaches before it touches, and no bounce would be left of it.
-    for (std::size_t i = 0; i < rowCount; ++i) {
-        if (hardRow[i]) {
-            const Row<S>& row = island.rows[i];
-            problem.terms[i].softness = S(0);
-            problem.terms[i].bias = row.lo == S(0) ? std::max(S(0), row.C + h * speed[i]) / h : S(0);
-            if (row.lo == S(0) && row.C > S(0) && problem.p[i] == S(0)) {
-                problem.terms[i].mobility = S(0);
-            }
-        }
-    }
-    for (int iteration = 0; iteration < std::max(relaxSweeps, iterations); ++iteration) {
-        problem.sweep(island, relaxation);
-    }
-
-    takeVelocities();
-    for (std::size_t i = 0; i < rowCount; ++i) {
-        island.rows[i].lambda = problem.p[i] / h;
-    }
-    island.storeLambda();
-    SolveReport report;
-    report.sweptSolves = 1;
-    report.rows = static_cast<int>(rowCount);
-    return report;
+template <class S>
+std::unique_ptr<Solver<S>> makeGaussSeidel(const SolverSettings& settings) {
+    return std::make_unique<GaussSeidel<S>>(settings);
 }
 
 template class GaussSeidel<float>;
 template class GaussSeidel<double>;
+template float jacobiRadius(const Island<float>&, const RowProblem<float>&, std::vector<float>&, int);
+template double jacobiRadius(const Island<double>&, const RowProblem<double>&, std::vector<double>&, int);
+template std::unique_ptr<Solver<float>> makeGaussSeidel(const SolverSettings&);
+template std::unique_ptr<Solver<double>> makeGaussSeidel(const SolverSettings&);
 
 }  // namespace cairn

@@ -1,7 +1,25 @@
-// All solvers. A new one is its .cpp and one line here.
-#include <cairn/engine/solvers/auto.hpp>
+// All solvers. A new one is its .cpp, which defines make<Kind>(), and one line here.
+#include <cairn/engine/solvers/solver.hpp>
+
+#define CAIRN_SOLVERS(SOLVER)                                                                       \
+    SOLVER(Auto, "auto", "picks the cheapest that will do, island by island")                       \
+    SOLVER(Direct, "direct", "the whole island solved exactly: sparse Newton in body space")        \
+    SOLVER(GaussSeidel, "gauss_seidel", "sequential impulses: projected Gauss-Seidel, sub-stepped") \
+    SOLVER(Nncg, "nncg", "projected Gauss-Seidel with conjugate directions")                        \
+    SOLVER(Jacobi, "jacobi", "projected Jacobi with masses split")                                  \
+    SOLVER(NonlinearGs, "nonlinear_gs", "position based dynamics: rows taken anew at every visit")  \
+    SOLVER(Xpbd, "xpbd", "compliant position based dynamics, nothing carried over")                 \
+    SOLVER(Vbd, "vbd", "vertex block descent: body after body, hard rows as stiff springs")         \
+    SOLVER(Avbd, "avbd", "augmented vertex block descent: body after body, with multipliers")
 
 namespace cairn {
+
+#define CAIRN_DECLARE(Kind, name, help) \
+    template <class S>                  \
+    std::unique_ptr<Solver<S>> make##Kind(const SolverSettings&);
+CAIRN_SOLVERS(CAIRN_DECLARE)
+#undef CAIRN_DECLARE
+
 namespace {
 
 template <class S>
@@ -10,18 +28,11 @@ struct Entry {
     std::unique_ptr<Solver<S>> (*make)(const SolverSettings&);
 };
 
-template <class S, class Kind>
-std::unique_ptr<Solver<S>> make(const SolverSettings& settings) {
-    return std::make_unique<Kind>(settings);
-}
-
 template <class S>
 const std::vector<Entry<S>>& entries() {
-    static const std::vector<Entry<S>> list = {
-        {{"auto", "direct where its cost is bounded, else gauss_seidel, island by island"}, make<S, Auto<S>>},
-        {{"direct", "the whole island solved exactly: sparse Newton in body space"}, make<S, Direct<S>>},
-        {{"gauss_seidel", "projected Gauss-Seidel on impulses, sub-stepped"}, make<S, GaussSeidel<S>>},
-    };
+#define CAIRN_ENTRY(Kind, name, help) {{name, help}, make##Kind<S>},
+    static const std::vector<Entry<S>> list = {CAIRN_SOLVERS(CAIRN_ENTRY)};
+#undef CAIRN_ENTRY
     return list;
 }
 

@@ -1,0 +1,264 @@
+#pragma once
+// Rows as a non-linear solver sees them: asked at the poses x(v) that the present velocities lead to, not at those of
+// the start of the sub-step. The unknowns are the velocities v and impulses p of the linear solvers; with
+// x(v) = x_0 moved by h v, the seed's displacement dX is h times the change of v, and its update 4.72 of a row is
+//     p_i <- clamp(p_i - xi e_i / (A_ii + s_i)),   e_i = (C_i(x(v)) - keep_i) / h   for a hard row,
+// which is the update of linear Gauss-Seidel with C + h J v replaced by C itself (seed 4.8, 4.12). `keep` is an error
+// found at the start of the sub-step that is left to stabilise(): an impulse that also corrects is no force to start
+// the next step from (facts/solvers 5.4, finding b).
+#include <cairn/engine/solvers/sweep.hpp>
+
+namespace cairn {
+
+// m or rad, to which one-sided rows are pushed out, and no further: a surface pushed out to nothing opens at its
+// corners by less than is seen, which close again within one short sub-step, and so at centimetres a second.
+inline constexpr double slop = 1e-5;
+
+template <class S>
+class MovedRows {
+public:
+    // `problem.v` is the state; the poses of `island` follow it until restore().
+    // Errors are corrected no faster than `pushOut`, m/s; 0: not at all, all are kept.
+    MovedRows(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool refreshRows)
+        : island_(island), problem_(problem), h_(h), refresh_(refreshRows), start_(island.bodies) {
+        const std::size_t rows = island.rows.size();
+        keep_.assign(rows, S(0));
+        hard_.resize(rows);
+        problem.terms.resize(rows);
+        problem.p.resize(rows);
+        problem.friction.resize(island.blocks.size());
+        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+            const RowBlock<S>& block = island.blocks[k];
+            problem.friction[k] = frictionCoefficient(island, block);
+            forRows(block, [&](std::size_t i) {
+                const Row<S>& row = island.rows[i];
+                bool hard = false;
+                problem.terms[i] = rowTerms(row, island.mobility(row, block), h, hard);
+                hard_[i] = hard;
+                if (hard) {
+                    problem.terms[i].bias = row.C / h;
+                    const bool equality = row.lo < S(0) && row.hi > S(0);
+                    const S most = h * pushOut;
+                    if (equality) {
+                        keep_[i] = row.C - std::clamp(row.C, -most, most);
+                    } else if (row.C < S(0)) {
+                        keep_[i] = std::max(row.C, std::min(static_cast<S>(-slop), row.C + most));
+                    }
+                    problem.terms[i].bias -= keep_[i] / h;
+                }
+            });
+        }
+        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+            follow(i);
+        }
+    }
+
+    template <class Visit>
+    static void forRows(const RowBlock<S>& block, const Visit& visit) {
+        for (int i = block.first; i < block.first + block.count; ++i) {
+            visit(static_cast<std::size_t>(i));
+        }
+    }
+
+    bool hard(std::size_t row) const { return hard_[row]; }
+
+    // The pose of body i after its velocity changed.
+    void follow(std::size_t i) { island_.bodies[i].pose = start_[i].moved(problem_.v[i], h_); }
+
+    // C (and J) of block k at the present poses.
+    void take(std::size_t k) {
+        const RowBlock<S>& block = island_.blocks[k];
+        if (refresh_) {
+            island_.relinearize(k);
+            return;
+        }
+        std::array<std::pair<Vec6<S>, Vec6<S>>, 16> kept;
+        std::size_t n = 0;
+        forRows(block, [&](std::size_t i) { kept[n++] = {island_.rows[i].a, island_.rows[i].b}; });
+        island_.relinearize(k);
+        n = 0;
+        forRows(block, [&](std::size_t i) {
+            island_.rows[i].a = kept[n].first;
+            island_.rows[i].b = kept[n++].second;
+        });
+    }
+
+    // e_i without the softness of p, m/s or rad/s.
+    S error(std::size_t i, const RowBlock<S>& block) const {
+        const Row<S>& row = island_.rows[i];
+        if (hard_[i]) {
+            return (row.C - keep_[i]) / h_;
+        }
+        const S u = problem_.rowVelocity(row, block);
+        if (row.isVelocity) {
+            return u - row.velocity;
+        }
+        const S stiffness = S(1) / row.compliance;
+        return (stiffness * row.C + row.damping * u) / (stiffness * h_ + row.damping);
+    }
+
+    // One non-linear sweep: every block taken anew where it is visited. Returns as RowProblem::sweep().
+    S sweep(S relaxation, bool backward = false) {
+        S change = 0;
+        for (std::size_t n = 0; n < island_.blocks.size(); ++n) {
+            const std::size_t k = backward ? island_.blocks.size() - 1 - n : n;
+            take(k);
+            change += solveBlock(k, relaxation);
+            for (int place = 0; place < island_.blocks[k].bodyCount(); ++place) {
+                follow(static_cast<std::size_t>(island_.blocks[k].body(place)));
+            }
+        }
+        return change;
+    }
+
+    // Puts the poses back to the start of the sub-step, gives the bodies their velocities and the rows their lambda.
+    void restore() {
+        for (std::size_t i = 0; i < start_.size(); ++i) {
+            island_.bodies[i].pose = start_[i].pose;
+            island_.bodies[i].v = problem_.v[i];
+        }
+        for (std::size_t i = 0; i < problem_.p.size(); ++i) {
+            island_.rows[i].lambda = problem_.p[i] / h_;
+        }
+    }
+
+private:
+    S solveBlock(std::size_t k, S relaxation) {
+        const RowBlock<S>& block = island_.blocks[k];
+        const bool contact = block.kind == BlockKind::Contact;
+        const std::size_t first = static_cast<std::size_t>(block.first);
+        const std::size_t bounded = contact ? 1 : static_cast<std::size_t>(block.count);
+        S change = 0;
+        for (std::size_t i = first; i < first + bounded; ++i) {
+            RowTerms<S>& t = problem_.terms[i];
+            const Row<S>& row = island_.rows[i];
+            t.mobility = refresh_ ? island_.mobility(row, block) : t.mobility;
+            if (t.mobility > S(0)) {
+                // The rows of one block share their poses: what an earlier one moved shows through J.
+                const S e = errorAfterBlock(i, block);
+                const S scale = t.mobility + t.softness;
+                const S dp = std::clamp(problem_.p[i] - relaxation * (e + t.softness * problem_.p[i]) / scale, t.lo,
+                                        t.hi) -
+                             problem_.p[i];
+                push(row, block, dp);
+                problem_.p[i] += dp;
+                change += scale * dp * dp;
+            }
+        }
+        if (contact && block.count == 3 && problem_.friction[k] >= S(0)) {
+            const S most = problem_.friction[k] * problem_.p[first];
+            S wanted[2];
+            for (std::size_t t = 0; t < 2; ++t) {
+                const std::size_t i = first + 1 + t;
+                const S mobility = island_.mobility(island_.rows[i], block);
+                problem_.terms[i].mobility = mobility;
+                wanted[t] = problem_.p[i];
+                if (mobility > S(0)) {
+                    wanted[t] -= relaxation * problem_.rowVelocity(island_.rows[i], block) / mobility;
+                }
+            }
+            const S length = std::hypot(wanted[0], wanted[1]);
+            const S scale = length > most ? most / length : S(1);
+            for (std::size_t t = 0; t < 2; ++t) {
+                const std::size_t i = first + 1 + t;
+                const S dp = scale * wanted[t] - problem_.p[i];
+                push(island_.rows[i], block, dp);
+                problem_.p[i] += dp;
+                change += problem_.terms[i].mobility * dp * dp;
+            }
+        }
+        for (std::size_t n = 0; n < moved_.size(); ++n) {
+            moved_[n].setZero();
+        }
+        return change;
+    }
+
+    S errorAfterBlock(std::size_t i, const RowBlock<S>& block) const {
+        S e = error(i, block);
+        const Row<S>& row = island_.rows[i];
+        if (hard_[i] || row.isSoft()) {
+            S along = 0;
+            for (int n = 0; n < block.bodyCount(); ++n) {
+                along += bodyGradient(row, block, n).dot(moved_[static_cast<std::size_t>(n)]);
+            }
+            const S share = hard_[i] ? S(1) : h_ / (h_ + row.damping * row.compliance);
+            e += share * along;
+        }
+        return e;
+    }
+
+    void push(const Row<S>& row, const RowBlock<S>& block, S impulse) {
+        if (impulse == S(0)) {
+            return;
+        }
+        for (int n = 0; n < block.bodyCount(); ++n) {
+            const std::size_t i = static_cast<std::size_t>(block.body(n));
+            const Vec6<S> dv = island_.bodies[i].applyInverseMass(bodyGradient(row, block, n) * impulse);
+            problem_.v[i] += dv;
+            moved_[static_cast<std::size_t>(n)] += dv;
+        }
+    }
+
+    Island<S>& island_;
+    RowProblem<S>& problem_;
+    S h_;
+    bool refresh_;
+    std::vector<SolverBody<S>> start_;
+    std::vector<S> keep_;
+    std::vector<std::uint8_t> hard_;
+    std::array<Vec6<S>, 4> moved_{Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero()};
+};
+
+// Post-stabilisation: moves the poses, without touching velocities or lambda, to where hard rows are obeyed, by
+// non-linear Gauss-Seidel on positions. Errors go no faster than pushOut (m/s). Rows of `island` are left at the poses
+// where each was last visited.
+template <class S>
+void stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
+    std::vector<S> moved(island.rows.size(), S(0));  // impulse-like: mass times displacement
+    std::vector<S> target(island.rows.size());
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+            island.relinearize(k);
+            const RowBlock<S>& block = island.blocks[k];
+            bool stale = false;
+            MovedRows<S>::forRows(block, [&](std::size_t i) {
+                const Row<S>& row = island.rows[i];
+                if (row.isVelocity || row.isSoft()) {
+                    return;
+                }
+                if (stale) {
+                    island.relinearize(k);
+                }
+                const bool equality = row.lo < S(0) && row.hi > S(0);
+                if (sweep == 0) {
+                    target[i] = equality ? row.C - std::clamp(row.C, -h * pushOut, h * pushOut)
+                                         : std::min(static_cast<S>(-slop), row.C + h * pushOut);
+                }
+                if (!equality && row.C > static_cast<S>(-2 * slop) && moved[i] == S(0)) {
+                    return;
+                }
+                const S mobility = island.mobility(row, block);
+                if (!(mobility > S(0))) {
+                    return;
+                }
+                const S next = std::clamp(moved[i] - (row.C - target[i]) / mobility, row.lo, row.hi);
+                const S step = next - moved[i];
+                moved[i] = next;
+                stale = step != S(0);
+                if (!stale) {
+                    return;
+                }
+                for (int n = 0; n < block.bodyCount(); ++n) {
+                    SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(n))];
+                    const Vec6<S> d = body.applyInverseMass(bodyGradient(row, block, n) * step);
+                    body.pose.position += d.template head<3>();
+                    if (!body.particle && !body.fixed) {
+                        body.pose.rotation = rotated<S>(body.pose.rotation, d.template tail<3>());
+                    }
+                }
+            });
+        }
+    }
+}
+
+}  // namespace cairn

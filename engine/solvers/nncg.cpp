@@ -1,0 +1,51 @@
+// Non-smooth non-linear conjugate gradients (Silcowitz 2010): a sweep of projected Gauss-Seidel takes the place of the
+// steepest descent, and the directions of the sweeps are made conjugate as Fletcher and Reeves do:
+//     D_k = PGS(p_k) - p_k,   beta = |D_k|^2 / |D_k-1|^2;   beta > 1: d = 0 (start anew), else p += beta d, d = beta d + D_k.
+// Its sweeps converge well enough for a push-out spring thirty times as stiff as that of gauss_seidel, which sags by as
+// much less.
+// One vector more than gauss_seidel, and far fewer sweeps where loads travel far (walls, piles). The last sweep is a
+// plain one, so that the answer is within its bounds.
+#include <cairn/engine/solvers/impulse_solver.hpp>
+
+namespace cairn {
+namespace {
+
+template <class S>
+class Nncg final : public ImpulseSolver<S> {
+public:
+    explicit Nncg(const SolverSettings& settings) : ImpulseSolver<S>(settings, 4, 10, {.phase = 5, .dampingRatio = 5}) {}
+
+private:
+    void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) override {
+        std::vector<S> direction(problem.p.size(), S(0));
+        std::vector<S> along(problem.p.size());
+        S before = 0;
+        for (int k = 0; k < iterations; ++k) {
+            const std::vector<S> start = problem.p;
+            // In the norm of the diagonal of A, in which rows of metres and of radians can be added.
+            const S change = problem.sweep(island, S(1));
+            const bool anew = !(before > S(0)) || change > before;
+            const S beta = anew ? S(0) : change / before;
+            before = change;
+            for (std::size_t i = 0; i < direction.size(); ++i) {
+                along[i] = beta * direction[i];
+                direction[i] = along[i] + (problem.p[i] - start[i]);
+            }
+            if (beta > S(0) && k + 1 < iterations) {
+                problem.add(island, along);
+            }
+        }
+    }
+};
+
+}  // namespace
+
+template <class S>
+std::unique_ptr<Solver<S>> makeNncg(const SolverSettings& settings) {
+    return std::make_unique<Nncg<S>>(settings);
+}
+
+template std::unique_ptr<Solver<float>> makeNncg(const SolverSettings&);
+template std::unique_ptr<Solver<double>> makeNncg(const SolverSettings&);
+
+}  // namespace cairn
