@@ -55,17 +55,10 @@ void Island<S>::predict(S h) {
     externalImpulse.setZero();
     for (SolverBody<S>& body : bodies) {
         body.vBefore = body.v;
-        body.gyroTurn.setZero();
+        body.gyroMomentum.setZero();
         body.offset.setZero();
         if (body.fixed) {
             continue;
-        }
-        if (body.gyroscopic) {
-            const Quat<S> back = body.pose.rotation.conjugate();
-            const Vec3<S> w1 = back * Vec3<S>(body.v.template tail<3>());
-            const Vec3<S> turn = body.pose.rotation * Vec3<S>(gyroscopicMidpoint(body.localInertia, w1, h) - w1);
-            body.gyroTurn = turn;
-            body.v.template tail<3>() += turn;
         }
         body.v += h * body.applyInverseMass(body.force);
         if (body.linearDecay > S(0)) {
@@ -75,6 +68,20 @@ void Island<S>::predict(S h) {
             body.v.template tail<3>() *= std::exp(-body.angularDecay * h);
         }
         externalImpulse += body.mass * (body.v - body.vBefore).template head<3>();
+        if (body.gyroscopic != GyroscopicRule::None) {
+            const Mat3<S> R = body.pose.rotation.toRotationMatrix();
+            const Vec3<S> w = body.v.template tail<3>();
+            const Vec3<S> local = R.transpose() * w;
+            const Vec3<S> mean = R * freeSpin(body.gyroscopic, body.localInertia, local, h).mean;
+            body.gyroMomentum = body.inertia * w;
+            if (body.gyroscopicInertia) {
+                body.inverseInertia = R * spinResponse(body.gyroscopic, body.localInertia, local, h) * R.transpose();
+                body.inertia = body.inverseInertia.inverse();
+                body.holdsInertia = true;
+            }
+            body.gyroMomentum -= body.inertia * mean;
+            body.v.template tail<3>() = mean;
+        }
     }
 }
 
@@ -83,7 +90,7 @@ void Island<S>::linearize() {
     rows.clear();
     blocks.clear();
     for (SolverBody<S>& body : bodies) {
-        if (!body.fixed) {
+        if (!body.fixed && !body.holdsInertia) {
             body.refreshInertia();
         }
     }
@@ -207,11 +214,18 @@ void Island<S>::integrate(S h) {
         if (body.particle) {
             continue;
         }
-        // The midpoint rule turns by (w1 + w2) / 2; then the world twist turns with the body that carries it.
-        const Vec3<S> turn = h * (body.v.template tail<3>() - S(0.5) * body.gyroTurn) + body.offset.template tail<3>();
+        const Vec3<S> w = body.v.template tail<3>();
+        const Vec3<S> turn = h * w + body.offset.template tail<3>();
         body.pose.rotation = rotated(body.pose.rotation, turn);
-        if (body.gyroscopic) {
-            body.v.template tail<3>() = expQuat(turn) * Vec3<S>(body.v.template tail<3>());
+        if (body.gyroscopic == GyroscopicRule::None) {
+            continue;
+        }
+        // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
+        const Vec3<S> momentum = body.inertia * w + body.gyroMomentum;
+        body.holdsInertia = false;
+        body.refreshInertia();
+        if (carriesMomentum(body.gyroscopic)) {
+            body.v.template tail<3>() = body.inverseInertia * momentum;
         }
     }
 }

@@ -12,12 +12,12 @@ namespace cairn {
 
 template <class S>
 struct SolverBody {
-    std::uint32_t index = 0;  // in the world's table
-    bool fixed = false;       // static or kinematic: moves as its velocity says, takes no push
-    bool gyroscopic = false;
-    bool particle = false;        // has no rotation and no inertia
-    Pose<S> pose;                 // of the centre of mass
-    Vec6<S> v = Vec6<S>::Zero();  // twist, world axes: m/s, rad/s
+    std::uint32_t index = 0;                           // in the world's table
+    bool fixed = false;                                // static or kinematic: moves as its velocity says, takes no push
+    GyroscopicRule gyroscopic = GyroscopicRule::None;  // None also where it has no effect
+    bool particle = false;                             // has no rotation and no inertia
+    Pose<S> pose;                                      // of the centre of mass
+    Vec6<S> v = Vec6<S>::Zero();                       // twist, world axes: m/s, rad/s
     S mass = 0;
     S inverseMass = 0;                       // 0: fixed
     Mat3<S> localInertia = Mat3<S>::Zero();  // body axes
@@ -27,9 +27,13 @@ struct SolverBody {
     Vec6<S> force = Vec6<S>::Zero();  // gravity and what the game asked for, N and N m
     S linearDecay = 0;                // 1/s
     S angularDecay = 0;
-    Vec6<S> vBefore = Vec6<S>::Zero();   // twist at the start of the sub-step
-    Vec3<S> gyroTurn = Vec3<S>::Zero();  // change of w by the gyroscopic rule in this sub-step, rad/s
-    Vec6<S> offset = Vec6<S>::Zero();    // m and rad, what an impact within the sub-step takes from its motion
+    Vec6<S> vBefore = Vec6<S>::Zero();  // twist at the start of the sub-step
+    // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
+    // short of the angular momentum after its forces and impulses.
+    Vec3<S> gyroMomentum = Vec3<S>::Zero();
+    bool gyroscopicInertia = false;    // SolverDef::gyroscopicInertia, for this body
+    bool holdsInertia = false;         // inertia is that of the sub-step's equation of motion until it has moved
+    Vec6<S> offset = Vec6<S>::Zero();  // m and rad, what an impact within the sub-step takes from its motion
 
     void refreshInertia();
     // M^-1 times a generalised impulse.
@@ -117,7 +121,8 @@ struct Island {
     bool mayHalveOnFailure = false;  // auto: an unsolved contact problem is worth shorter sub-steps
     int roundCap = 0;  // auto: the most Newton rounds that this island's bound pays for; 0: no cap but the solver's own
 
-    // v <- v + h (force / M), damping and the gyroscopic rule (by need).
+    // v <- the mean twist of the sub-step without constraints: h (force / M) and damping at its start, then the mean of
+    // the free spin (by need).
     void predict(S h);
     // Collects the rows at the present poses with the lambda of the last solve.
     void linearize();
@@ -127,7 +132,7 @@ struct Island {
     void jointErrors(std::vector<S>& C) const;
     // C of the contact points at the present poses, in the order of the contact blocks.
     void contactErrors(std::vector<S>& C) const;
-    // Moves the poses by h times the twist given by `velocity(body index)`.
+    // Moves the poses by h v; then v is the twist at the end of the sub-step.
     void integrate(S h);
     // Hands lambda back to joints and contacts.
     void storeLambda();

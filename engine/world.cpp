@@ -155,6 +155,10 @@ struct World<S>::Impl {
     }
 
     SolverSettings settings() const {
+        if (def.solver.gyroscopicInertia && (def.solver.name == "auto" || def.solver.name == "direct")) {
+            throw InputError("solver.gyroscopicInertia", "true with the solver \"" + def.solver.name + "\"",
+                             "leave it out, or use gauss_seidel: this solver needs a symmetric mass matrix");
+        }
         SolverSettings s;
         s.def = def.solver;
         s.restitutionSpeed = def.restitutionSpeed;
@@ -433,7 +437,8 @@ void World<S>::Impl::step(S dt) {
     }
     {
         const StageTimer timer(report.times.islands);
-        islands.rebuild(bodies, joints, contacts, def.gravity.cast<S>());
+        islands.rebuild(bodies, joints, contacts,
+                        {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia});
     }
     std::vector<Island<S>>& awake = islands.awake();
     std::vector<SolveReport> solved(awake.size());
