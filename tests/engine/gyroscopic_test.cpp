@@ -99,12 +99,12 @@ LadderEntry ladderEntry(GyroscopicRule rule, double speed, double dt) {
     Worldd world({.gravity = Vec3d::Zero(), .sleep = {.enabled = false}, .gyroscopic = rule});
     const BodyId top =
         world.add({.angularVelocity = Vec3d(0.01 * speed, speed, 0.01 * speed), .mass = 1, .inertia = Vec3d(1, 2, 3)});
-    const Motion start = motionOf(world);
+    const auto start = motionOf(world);
     LadderEntry entry;
     double before = speed;
     for (int i = 0; i * dt < 10; ++i) {
         world.step(dt);
-        const Motion now = motionOf(world);
+        const auto now = motionOf(world);
         entry.endEnergy = now.kinetic / start.kinetic;
         entry.worstEnergy = std::max(entry.worstEnergy, std::abs(entry.endEnergy - 1));
         entry.worstMomentum = std::max(
@@ -170,13 +170,13 @@ TEST(GyroscopicRules, HeavyTopKeepsItsVerticalMomentum) {
                                           .mass = m,
                                           .inertia = Vec3d(I1 - m * l * l, I3, I1 - m * l * l)});
             world.add(BallDef{.a = ground, .b = top, .anchor = Vec3d::Zero()});
-            const Motion start = motionOf(world);
+            const auto start = motionOf(world);
             double momentum = 0;
             double energy = 0;
             double tilt = 0;
             for (int i = 0; i < 2 * rate; ++i) {
                 world.step(1 / rate);
-                const Motion now = motionOf(world);
+                const auto now = motionOf(world);
                 momentum = std::max(momentum, std::abs(now.angularMomentum.y() / start.angularMomentum.y() - 1));
                 energy = std::max(energy, std::abs(now.energy() / start.energy() - 1));
                 const Vec3d up = world.pose(top).rotation * Vec3d::UnitY();
