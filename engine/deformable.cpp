@@ -34,12 +34,6 @@ void requireNotNegative(const std::string& field, double value) {
     }
 }
 
-void requireStiffness(const std::string& field, double value) {
-    if (!(value > 0)) {
-        throw InputError(field, text(value), "give a number > 0, or unlimited for what does not give way");
-    }
-}
-
 // A spring of `stiffness` (N/m or N m/rad) that relaxes in `time` (s).
 Softness spring(double stiffness, double time) {
     if (stiffness == unlimited) {
@@ -81,7 +75,9 @@ void requireCommon(const std::string& type, const Def& def) {
 Parts partsOf(const RopeDef& def) {
     requireCommon("rope", def);
     requirePositive("rope.mass", def.mass);
-    requireStiffness("rope.stiffness", def.stiffness);
+    if (!(def.stiffness > 0)) {
+        throw InputError("rope.stiffness", text(def.stiffness), "give a number > 0, or unlimited");
+    }
     if (def.segments < 1) {
         throw InputError("rope.segments", std::to_string(def.segments), "give at least 1");
     }
@@ -165,7 +161,7 @@ std::map<std::pair<int, int>, SheetEdge> sheetEdges(const TriangleMesh& mesh) {
 Parts partsOf(const ClothDef& def) {
     requireCommon("cloth", def);
     requirePositive("cloth.mass", def.mass);
-    requireStiffness("cloth.stretchStiffness", def.stretchStiffness);
+    requirePositive("cloth.stretchStiffness", def.stretchStiffness);
     requireNotNegative("cloth.bendStiffness", def.bendStiffness);
     requireMesh("cloth.mesh", def.mesh);
     const TriangleMesh& mesh = def.mesh;
@@ -452,9 +448,7 @@ Parts partsOf(const SoftBodyDef& def) {
     requireNotNegative("soft.mass", def.mass);
     requirePositive("soft.density", def.density);
     requirePositive("soft.youngModulus", def.youngModulus);
-    if (!(def.bulkModulus >= 0)) {
-        throw InputError("soft.bulkModulus", text(def.bulkModulus), "give a number >= 0, or unlimited");
-    }
+    requireNotNegative("soft.bulkModulus", def.bulkModulus);
     requireMesh("soft.surface", def.surface);
     double inside = 0;
     std::map<std::pair<int, int>, int> open;

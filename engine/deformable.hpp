@@ -38,7 +38,7 @@ struct ClothDef {
     TriangleMesh mesh = {};         // world; at most two triangles an edge (see clothGrid)
     double radius = 0.01;           // m, half its thickness
     double mass = 1;                // kg, of the whole sheet, spread by area
-    double stretchStiffness = 1e3;  // N/m: Young's modulus times thickness; unlimited: edges keep their length
+    double stretchStiffness = 1e3;  // N/m: Young's modulus times thickness
     double bendStiffness = 1e-4;    // N m: flexural rigidity; 0: no resistance to bending, and no rows for it
     double damping = 0.01;          // s: damping coefficients are this time times the stiffness
     double friction = 0.6;
@@ -59,7 +59,7 @@ struct SoftBodyDef {
     double mass = 0;            // kg; 0: from the density
     double density = 1000;      // kg/m3
     double youngModulus = 1e5;  // Pa, of its edges (their Poisson ratio is about 1/4); > 0
-    double bulkModulus = 5e5;   // Pa, that its volume adds; 0: no rows for it; unlimited: no tetrahedron loses volume
+    double bulkModulus = 5e5;   // Pa, that its volume adds; 0: no rows for it
     double damping = 0.01;      // s: damping coefficients are this time times the stiffness
     double friction = 0.6;
     double airDamping = 0;           // 1/s

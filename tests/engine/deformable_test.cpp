@@ -20,11 +20,11 @@ TriangleMesh boxMesh(const Vec3d& low, const Vec3d& high) {
 }
 
 DeformableDef testCloth(const Vec3d& corner) {
-    return ClothDef{.mesh = clothGrid(corner, Vec3d(0, 0, 1), Vec3d(1, 0, 0), 8, 8), .radius = 0.05, .mass = 1};
+    return ClothDef{.mesh = clothGrid(corner, Vec3d(0, 0, 1), Vec3d(1, 0, 0), 6, 6), .radius = 0.08, .mass = 1};
 }
 
 DeformableDef testJelly(const Vec3d& low) {
-    return SoftBodyDef{.surface = boxMesh(low, low + Vec3d::Ones()), .cell = 0.3, .radius = 0.1, .mass = 3};
+    return SoftBodyDef{.surface = boxMesh(low, low + Vec3d::Ones()), .cell = 0.4, .radius = 0.15, .mass = 3};
 }
 
 // A free, spinning rigid body flies off-centre into a deformable, with friction; another hangs on it by attachments.
@@ -39,10 +39,14 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
     for (const bool particlesFirst : {true, false}) {
         for (const auto& [name, shape] : shapes) {
             forEachSolver([&](const SolverDef& solver) {
+                // All shapes by one solver, all solvers with one shape.
+                if (solver.name != "gauss_seidel" && std::string(name) != "sphere") {
+                    return;
+                }
                 for (const bool soft : {false, true}) {
                     World<S> world({.gravity = Vec3d::Zero(), .solver = solver, .sleep = {.enabled = false}});
                     const BodyDef body{.shapes = {withMaterial(shape, 0.5)},
-                                       .position = Vec3d(0.6, soft ? 1.35 : 0.45, 0.6),
+                                       .position = Vec3d(0.6, soft ? 1.35 : 0.43, 0.6),
                                        .linearVelocity = Vec3d(0.3, -2, 0.5),
                                        .angularVelocity = Vec3d(3, 1, -4),
                                        .mass = 2};
@@ -65,7 +69,7 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
                     }
                     const Motion before = motionOf(world);
                     int touched = 0;
-                    for (int i = 0; i < 40; ++i) {
+                    for (int i = 0; i < 25; ++i) {
                         const StepReport& report = world.step(S(1.0 / 120));
                         EXPECT_EQ(report.flags & FlagNonFinite, 0U);
                         touched += report.counts.contacts > 0;
