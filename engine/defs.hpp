@@ -29,8 +29,8 @@ struct Filter {
 struct BodyDef {
     std::string name = {};  // for reports and files; may be empty
     BodyType type = BodyType::Dynamic;
-    // A point with mass and no rotation: its shapes, which give it a surface to touch with, keep their world axes. What
-    // cloth, ropes and soft bodies are made of. Dynamic only; needs a mass.
+    // A point with mass and no rotation; one sphere about it, or no shape at all, is what it touches with. What cloth,
+    // ropes and soft bodies are made of (deformable.hpp). Dynamic only. Joints hold it at its centre.
     bool particle = false;
     std::vector<Shape> shapes = {};  // at least one with mass for a dynamic body, unless mass and inertia are given
     Vec3d position = Vec3d::Zero();  // of the body's frame (not of its centre of mass)

@@ -116,6 +116,58 @@ S restLength(const VolumeDef&, const Joint<S>& joint, const BodyTable<S>& bodies
     return volume;
 }
 
+template <class S>
+S restLength(const BendDef&, const Joint<S>& joint, const BodyTable<S>& bodies) {
+    const auto at = [&](BodyId id) { return bodies[id.index].pose.position; };
+    const DihedralAngle<S> bend = dihedralAngle<S>({at(joint.a), at(joint.b), at(joint.c), at(joint.d)});
+    if (!bend.exists) {
+        throw InputError("bend", "a triangle without area",
+                         "give two triangles (a, b, c) and (b, a, d) of particles that are not in one line");
+    }
+    return bend.angle;
+}
+
+// What a joint may ask of a particle: to be held at its centre, and not to be turned.
+template <class S>
+void holdParticles(Joint<S>& joint, const BodyTable<S>& bodies, const std::string& type) {
+    const auto isHeldAtCentre = [&](BodyId id, Pose<S>& frame) {
+        const Body<S>& body = bodies[id.index];
+        if (body.def.particle) {
+            const S roundOff = S(64) * Eigen::NumTraits<S>::epsilon() * (S(1) + body.pose.position.norm());
+            if (frame.position.norm() > roundOff) {
+                throw InputError(type + ".anchor",
+                                 text(static_cast<double>(frame.position.norm())) +
+                                     " m from the centre of the particle \"" + body.def.name + "\"",
+                                 "put the anchor at the particle's centre");
+            }
+            frame.position.setZero();
+        }
+        return body.def.particle || (!body.isDynamic() && frame.position.isZero());
+    };
+    const bool a = isHeldAtCentre(joint.a, joint.frames.a);
+    const bool b = isHeldAtCentre(joint.b, joint.frames.b);
+    joint.frames.particles = a && b;
+    const bool particleA = bodies[joint.a.index].def.particle;
+    const bool particleB = bodies[joint.b.index].def.particle;
+    if (!particleA && !particleB) {
+        return;
+    }
+    std::vector<Row<S>> rows;
+    RowBlock<S> block;
+    joint.linearize(bodies[joint.a.index].pose, bodies[joint.b.index].pose, rows, block);
+    if (std::any_of(rows.begin(), rows.end(), [](const Row<S>& row) { return row.isAngular; })) {
+        throw InputError(
+            type,
+            "a joint that turns, on the particle \"" + bodies[(particleA ? joint.a : joint.b).index].def.name + "\"",
+            "particles do not turn: use a ball or a distance");
+    }
+    // A ball pushes both at b's point, in axes that a carries: exact where b is the particle.
+    if (particleA && !particleB && std::holds_alternative<BallDef>(joint.def)) {
+        std::swap(joint.a, joint.b);
+        std::swap(joint.frames.a, joint.frames.b);
+    }
+}
+
 // Frequency and damping ratio become compliance and damping through each row's own effective mass.
 template <class S>
 void applySoftness(Joint<S>& joint, const Softness& s, const BodyTable<S>& bodies, const std::string& type) {
@@ -231,6 +283,7 @@ Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
                 joint.frames.b =
                     relativePose(bodies[d.b.index].pose.template cast<double>(), world.b).template cast<S>();
                 joint.frames.rest = static_cast<S>((world.b.position - world.a.position).norm());
+                holdParticles(joint, bodies, type);
             }
             applySoftness(joint, d.softness, bodies, type);
             return joint;

@@ -45,6 +45,12 @@ void validate(const BodyDef& def) {
         throw InputError(label(def) + ".particle", "true for a body that is fixed, or with a spin or an inertia",
                          "leave type, angularVelocity and inertia out: a particle is dynamic and does not turn");
     }
+    if (def.particle &&
+        (def.shapes.size() > 1 || (def.shapes.size() == 1 && (def.shapes[0].kind != ShapeKind::Sphere ||
+                                                              !def.shapes[0].pose.position.isZero())))) {
+        throw InputError(label(def) + ".shapes", "of a particle, other than one sphere about its centre",
+                         "give a particle no shape or one sphere: what does not turn can only be round");
+    }
     for (const Shape& shape : def.shapes) {
         const Material& m = shape.material;
         requireNotNegative(def, "shapes.friction", m.friction);
@@ -672,6 +678,9 @@ void World<S>::setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angu
     if (b.def.type == BodyType::Static) {
         throw InputError(label(b.def) + ".velocity", "of a static body", "make it kinematic to move it");
     }
+    if (b.def.particle && !angular.isZero()) {
+        throw InputError(label(b.def) + ".velocity", "a spin of a particle", "particles do not turn: give no spin");
+    }
     b.v = linear;
     b.w = angular;
     impl_->wake(b);
@@ -761,7 +770,7 @@ std::vector<ContactView> World<S>::contacts() const {
                 view.b = impl_->bodies.idAt(pair.pair.b);
                 view.point =
                     (S(0.5) * (a.pose * point.geometry.onA + b.pose * point.geometry.onB)).template cast<double>();
-                view.normal = (a.pose.rotation * point.geometry.normal).template cast<double>();
+                view.normal = point.geometry.direction(a.pose, b.pose).template cast<double>();
                 view.separation = static_cast<double>(point.separation);
                 view.normalForce = static_cast<double>(point.normalForce);
                 view.frictionForce = point.friction.template cast<double>();
