@@ -5,22 +5,12 @@
 #include <cairn/assets/scene.hpp>
 
 #include <map>
-#include <numbers>
 
 namespace cairn::scene_file {
 
 inline constexpr int version = 1;
 
-// What a field's value must be. Limits hold for every number of a vector.
-struct Rule {
-    const char* text;  // unit and meaning: the schema's description and a part of error messages
-    double least = -unlimited;
-    double most = unlimited;
-    bool above = false;  // least itself is not allowed
-    bool below = false;  // most itself is not allowed
-    bool required = false;
-    std::size_t fewest = 0;  // elements of a list
-};
+using Rule = FieldRule;
 
 // A body by its name or by its place in `bodies`.
 struct BodyRef {
@@ -146,9 +136,10 @@ struct SceneFile {
 
 // The words of an enumeration or of a variant's alternatives, in order.
 inline constexpr std::array bodyTypes = {"static", "kinematic", "dynamic"};
-inline constexpr std::array jointTypes = {"ball",     "hinge",      "slider", "weld",
-                                          "distance", "cone_twist", "volume", "bend"};
-static_assert(jointTypes.size() == std::variant_size_v<JointDef>, "one word for each joint");
+inline constexpr auto jointTypes = []<std::size_t... I>(std::index_sequence<I...>) {
+    return std::array{std::variant_alternative_t<I, JointDef>::typeName...};
+}
+(std::make_index_sequence<std::variant_size_v<JointDef>>());
 
 inline const char* jointType(const JointDef& def) {
     return jointTypes[def.index()];
@@ -339,76 +330,6 @@ void describe(A& a, BodyFields& b) {
     a.field("particle", d.particle,
             {"a point without rotation, with no shape or one sphere about it; it needs a mass"});
 }
-
-template <class A>
-void describe(A& a, Softness& s) {
-    a.field("compliance", s.compliance, {"m/N or rad/(N m), inverse stiffness; 0: rigid", 0});
-    a.field("damping", s.damping, {"N s/m or N m s/rad", 0});
-    a.field("frequency", s.frequency, {"Hz; above 0 it overrides compliance and damping", 0});
-    a.field("dampingRatio", s.dampingRatio, {"of critical, used with frequency", 0});
-}
-
-inline constexpr Rule anchorRule = {.text = "m, world at time 0", .required = true};
-inline constexpr Rule axisRule = {.text = "direction, world at time 0, of any length but 0", .required = true};
-
-template <class A>
-void describe(A& a, BallDef& j) {
-    a.field("anchor", j.anchor, anchorRule);
-}
-
-template <class A>
-void describe(A& a, HingeDef& j) {
-    a.field("anchor", j.anchor, anchorRule);
-    a.field("axis", j.axis, axisRule);
-    a.field("lower", j.lower, {"rad; left out: unlimited"});
-    a.field("upper", j.upper, {"rad; left out: unlimited"});
-    a.field("motorSpeed", j.motorSpeed, {"rad/s, of b against a"});
-    a.field("motorTorque", j.motorTorque, {"N m, the most the motor gives; 0: no motor", 0});
-}
-
-template <class A>
-void describe(A& a, SliderDef& j) {
-    a.field("anchor", j.anchor, anchorRule);
-    a.field("axis", j.axis, axisRule);
-    a.field("lower", j.lower, {"m; left out: unlimited"});
-    a.field("upper", j.upper, {"m; left out: unlimited"});
-    a.field("motorSpeed", j.motorSpeed, {"m/s, of b against a"});
-    a.field("motorForce", j.motorForce, {"N, the most the motor gives; 0: no motor", 0});
-}
-
-template <class A>
-void describe(A& a, WeldDef& j) {
-    a.field("anchor", j.anchor, anchorRule);
-}
-
-template <class A>
-void describe(A& a, DistanceDef& j) {
-    a.field("anchorA", j.anchorA, anchorRule);
-    a.field("anchorB", j.anchorB, anchorRule);
-    a.field("lower", j.lower, {"m; left out: the distance at time 0", 0});
-    a.field("upper", j.upper, {"m; left out: the distance at time 0", 0});
-}
-
-template <class A>
-void describe(A& a, ConeTwistDef& j) {
-    constexpr double pi = std::numbers::pi;
-    a.field("anchor", j.anchor, anchorRule);
-    a.field("axis", j.axis, axisRule);
-    a.field("swing", j.swing,
-            {.text = "rad, half opening of the cone, between 0 and pi",
-             .least = 0,
-             .most = pi,
-             .above = true,
-             .below = true});
-    a.field("twistLower", j.twistLower, {"rad", -pi, pi});
-    a.field("twistUpper", j.twistUpper, {"rad", -pi, pi});
-}
-
-template <class A>
-void describe(A&, VolumeDef&) {}
-
-template <class A>
-void describe(A&, BendDef&) {}
 
 template <class A>
 void describe(A& a, JointFields& j) {

@@ -703,15 +703,20 @@ void World<S>::setMotor(JointId id, double speed, double most) {
         throw InputError("motor", std::to_string(speed) + ", " + std::to_string(most),
                          "give a finite speed and a most >= 0");
     }
-    if (auto* hinge = std::get_if<HingeDef>(&joint.def)) {
-        hinge->motorSpeed = speed;
-        hinge->motorTorque = most;
-    } else if (auto* slider = std::get_if<SliderDef>(&joint.def)) {
-        slider->motorSpeed = speed;
-        slider->motorForce = most;
-    } else {
-        throw InputError("motor", "on a joint without one", "only hinges and sliders have motors");
-    }
+    std::visit(
+        [&]<class Def>(Def& def) {
+            if constexpr (requires { def.motorTorque; }) {
+                def.motorSpeed = speed;
+                def.motorTorque = most;
+            } else if constexpr (requires { def.motorForce; }) {
+                def.motorSpeed = speed;
+                def.motorForce = most;
+            } else {
+                throw InputError("motor", std::string("on a ") + Def::typeName,
+                                 "only joints with a motorSpeed have motors");
+            }
+        },
+        joint.def);
     joint.lambda.clear();
     impl_->wakeBodies(joint);
 }

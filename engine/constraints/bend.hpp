@@ -19,6 +19,9 @@ struct BendDef {
     static constexpr bool betweenParticles = true;
 };
 
+template <class A>
+void describe(A&, BendDef&) {}
+
 template <class S>
 struct DihedralAngle {
     S angle = 0;  // rad, in [-pi, pi]
@@ -48,6 +51,17 @@ DihedralAngle<S> dihedralAngle(const std::array<Vec3<S>, 4>& x) {
     result.gradient[0] = (edge.dot(x[1] - x[2]) / length) * overC + (edge.dot(x[1] - x[3]) / length) * overD;
     result.gradient[1] = (edge.dot(x[2] - x[0]) / length) * overC + (edge.dot(x[3] - x[0]) / length) * overD;
     return result;
+}
+
+// rad, at the time of adding.
+template <class S>
+S restOf(const BendDef& j, const std::array<Vec3<S>, 4>& x) {
+    const DihedralAngle<S> bend = dihedralAngle<S>(x);
+    if (!bend.exists) {
+        throw InputError(j.typeName, "a triangle without area",
+                         "give two triangles (a, b, c) and (b, a, d) of particles that are not in one line");
+    }
+    return bend.angle;
 }
 
 template <class S>

@@ -20,6 +20,22 @@ struct DistanceDef {
     static constexpr const char* typeName = "distance";
 };
 
+template <class A>
+void describe(A& a, DistanceDef& j) {
+    a.field("anchorA", j.anchorA, anchorRule);
+    a.field("anchorB", j.anchorB, anchorRule);
+    const FieldRule length = {
+        .text = "m; left out: the distance at time 0", .least = 0, .mayBeInfinite = true, .fileOnly = true};
+    a.field("lower", j.lower, length);
+    a.field("upper", j.upper, length);
+}
+
+inline void validate(const DistanceDef& j) {
+    if (!(j.lower < 0) && !(j.upper < 0)) {
+        requireOrder(j.typeName, "lower", j.lower, j.upper);
+    }
+}
+
 template <class S>
 void linearize(const DistanceDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
                RowWriter<S>& rows) {
