@@ -5,7 +5,7 @@ namespace {
 
 // One contact point that will touch within the sub-step and bounce.
 template <class S>
-struct Impact {
+struct PointImpact {
     const RowBlock<S>* block;
     S restitution;
     S friction;
@@ -18,7 +18,7 @@ struct Impact {
 
 template <class S>
 struct ImpactGroup {
-    std::vector<Impact<S>> points;
+    std::vector<PointImpact<S>> points;
     int a, b;
 };
 
@@ -30,12 +30,12 @@ S normalSpeed(const Row<S>& row, const Vec6<S>& va, const Vec6<S>& vb) {
 // Brings the points of one manifold to their targets: projected Gauss-Seidel on at most twelve rows.
 template <class S>
 void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
-    for (Impact<S>& point : group.points) {
+    for (PointImpact<S>& point : group.points) {
         std::fill(point.impulse, point.impulse + 3, S(0));
     }
     // A four-point manifold contracts by about a half a sweep; 30 sweeps leave 1e-9 of the approach speed.
     for (int sweep = 0; sweep < 30; ++sweep) {
-        for (Impact<S>& point : group.points) {
+        for (PointImpact<S>& point : group.points) {
             const RowBlock<S>& block = *point.block;
             const Row<S>* row = &island.rows[static_cast<std::size_t>(block.first)];
             const S u = island.rowVelocity(row[0], block);
@@ -84,7 +84,7 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             const SolverBody<S>& b = island.bodies[static_cast<std::size_t>(link.b)];
             const S before = normalSpeed(row, a.vBefore, b.vBefore);
             const S after = normalSpeed(row, a.v, b.v);
-            Impact<S> impact{&block, link.patch->restitution, link.patch->friction, S(0), S(0)};
+            PointImpact<S> impact{&block, link.patch->restitution, link.patch->friction, S(0), S(0)};
             if (row.C > S(0) && after < S(0)) {
                 impact.time = std::min(h, row.C / -after);
             }
@@ -108,7 +108,7 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
         for (ImpactGroup<S>& group : groups) {
             bool hits = false;
             S time = 0;
-            for (Impact<S>& point : group.points) {
+            for (PointImpact<S>& point : group.points) {
                 const Row<S>& row = island.rows[static_cast<std::size_t>(point.block->first)];
                 const S u = island.rowVelocity(row, *point.block);
                 const S atImpact = u - point.gained;

@@ -175,9 +175,9 @@ TEST(ClosedForm, AsymmetricTopKeepsItsEnergy) {
     forEachSolver([](const SolverDef& solver) {
         Worldd world({.gravity = Vec3d::Zero(), .solver = solver, .sleep = {.enabled = false}});
         world.add(topOfInertia(Vec3d(1, 2, 2.5), Vec3d(4, 19, 5)));
-        const Motion before = motionOf(world);
+        const SceneMotion before = motionOf(world);
         run(world, 20);
-        const Motion after = motionOf(world);
+        const SceneMotion after = motionOf(world);
         expectBelow(solver.name + ", energy of a top at 20 rad/s, relative", after.kinetic / before.kinetic - 1, 1.5e-11);
         expectBelow(solver.name + ", its angular momentum, relative",
                     (after.angularMomentum - before.angularMomentum).norm() / before.angularMomentum.norm(), 8e-12);

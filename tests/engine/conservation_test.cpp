@@ -88,7 +88,7 @@ Drift driftOf(const SolverDef& solver) {
     run(world, 0.1, 1.0 / 120);
     const double E = motionOf(world).kinetic;
     run(world, 1.9, 1.0 / 120);
-    const Motion end = motionOf(world);
+    const SceneMotion end = motionOf(world);
     return {(end.momentum - p).norm() / p.norm(), (end.angularMomentum - L).norm() / L.norm(), end.kinetic / E - 1};
 }
 
@@ -126,13 +126,13 @@ TYPED_TEST(Conservation, OfMomentumInACollision) {
                        .position = Vec3d(2, 0.2, 0.1),
                        .linearVelocity = Vec3d(-1, 0, 0),
                        .mass = 1});
-            const Motion before = motionOf(world);
+            const SceneMotion before = motionOf(world);
             bool met = false;
             for (int i = 0; i < 60; ++i) {
                 world.step(S(1.0 / 60));
                 met = met || world.report().counts.contacts > 0;
             }
-            const Motion after = motionOf(world);
+            const SceneMotion after = motionOf(world);
             EXPECT_TRUE(met);
             EXPECT_LT(after.kinetic, before.kinetic * (1 + 1e-5)) << "e " << e;
             const bool isFloat = std::is_same_v<S, float>;

@@ -67,14 +67,14 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
                             def);
                         addDeformable(world, def);
                     }
-                    const Motion before = motionOf(world);
+                    const SceneMotion before = motionOf(world);
                     int touched = 0;
                     for (int i = 0; i < 25; ++i) {
                         const StepReport& report = world.step(S(1.0 / 120));
                         EXPECT_EQ(report.flags & FlagNonFinite, 0U);
                         touched += report.counts.contacts > 0;
                     }
-                    const Motion after = motionOf(world);
+                    const SceneMotion after = motionOf(world);
                     EXPECT_GT(touched, 3);
                     const bool isFloat = std::is_same_v<S, float>;
                     const std::string what = solver.name + ", " + name + (soft ? " into jelly: " : " into cloth: ");
