@@ -131,6 +131,9 @@ public:
         for (std::size_t i = 0; i < file_.joints.size(); ++i) {
             scene.joints.push_back(joint(i, scene));
         }
+        for (std::size_t i = 0; i < file_.deformables.size(); ++i) {
+            scene.deformables.push_back(deformable(i));
+        }
         return scene;
     }
 
@@ -168,7 +171,8 @@ private:
                                  "a dynamic body has no such shape; use a hull or several, or make the body static");
             }
         }
-        if (def.type == BodyType::Dynamic && def.shapes.empty() && !(def.mass > 0 && def.inertia.minCoeff() > 0)) {
+        if (def.type == BodyType::Dynamic && def.shapes.empty() &&
+            !(def.mass > 0 && (def.particle || def.inertia.minCoeff() > 0))) {
             throw InputError(place + "/shapes", "(none)",
                              "a dynamic body needs a shape, or both mass and inertia, or type static");
         }
@@ -291,23 +295,93 @@ private:
         const std::string place = root_ + "/joints/" + std::to_string(index);
         JointFields& fields = file_.joints[index];
         addName(jointNames_, fields.name, index, place);
-        const std::size_t a = bodyIndex(fields.a, place + "/a");
-        const std::size_t b = bodyIndex(fields.b, place + "/b");
-        if (a == b) {
-            throw InputError(place + "/b", "the same body as a", "join two different bodies");
+        const bool four = std::visit(
+            [](const auto& def) {
+                return requires {
+                    def.d;
+                };
+            },
+            fields.def);
+        std::vector<std::size_t> ends = {bodyIndex(fields.a, place + "/a"), bodyIndex(fields.b, place + "/b")};
+        if (four) {
+            ends.push_back(bodyIndex(fields.c, place + "/c"));
+            ends.push_back(bodyIndex(fields.d, place + "/d"));
         }
-        if (scene.bodies[a].type != BodyType::Dynamic && scene.bodies[b].type != BodyType::Dynamic) {
+        for (std::size_t k = 1; k < ends.size(); ++k) {
+            for (std::size_t other = 0; other < k; ++other) {
+                if (ends[k] == ends[other]) {
+                    throw InputError(place + "/" + "abcd"[k], std::string("the same body as ") + "abcd"[other],
+                                     "join two different bodies");
+                }
+            }
+        }
+        if (std::none_of(ends.begin(), ends.end(),
+                         [&](std::size_t i) { return scene.bodies[i].type == BodyType::Dynamic; })) {
             throw InputError(place, "two bodies that are not dynamic",
                              "make one of them dynamic, or leave the joint out");
         }
         std::visit(
             [&](auto& def) {
-                def.a = Scene::bodyAt(a);
-                def.b = Scene::bodyAt(b);
+                def.a = Scene::bodyAt(ends[0]);
+                def.b = Scene::bodyAt(ends[1]);
+                if constexpr (requires { def.d; }) {
+                    def.c = Scene::bodyAt(ends[2]);
+                    def.d = Scene::bodyAt(ends[3]);
+                }
                 checkJoint(def, place);
             },
             fields.def);
         return {fields.name, fields.def};
+    }
+
+    TriangleMesh placedMesh(const MeshFields& fields, const Posed& pose) const {
+        TriangleMesh made = fields.file.empty() ? TriangleMesh{fields.vertices, fields.triangles}
+                                                : loadMesh(base_ / fields.file, fields.scale);
+        return placed(std::move(made), pose);
+    }
+
+    static TriangleMesh placed(TriangleMesh made, const Posed& pose) {
+        // What is not moved comes back to the last bit.
+        if (!pose.position.isZero(0) || !pose.rotation.vec().isZero(0)) {
+            for (Vec3d& vertex : made.vertices) {
+                vertex = pose * vertex;
+            }
+        }
+        return made;
+    }
+
+    DeformableDef deformable(std::size_t index) {
+        const std::string place = root_ + "/deformables/" + std::to_string(index);
+        DeformableFields& fields = file_.deformables[index];
+        addName(deformableNames_, fields.name, index, place);
+        DeformableDef made;
+        if (fields.rope) {
+            made = *fields.rope;
+        } else if (fields.cloth) {
+            ClothDef& def = fields.cloth->def;
+            const GridFields grid = fields.cloth->grid.value_or(GridFields{});
+            def.mesh = locate(place + "/cloth", [&] {
+                return fields.cloth->mesh ? placedMesh(*fields.cloth->mesh, fields.cloth->pose)
+                                          : placed(clothGrid(grid.corner, grid.u, grid.v, grid.cells[0], grid.cells[1]),
+                                                   fields.cloth->pose);
+            });
+            made = std::move(def);
+        } else {
+            SoftBodyDef& def = fields.soft->def;
+            def.surface = locate(place + "/soft", [&] { return placedMesh(fields.soft->surface, fields.soft->pose); });
+            made = std::move(def);
+        }
+        std::visit(
+            [&](auto& def) {
+                def.name = fields.name;
+                for (std::size_t k = 0; k < fields.attachments.size(); ++k) {
+                    Attachment& attachment = def.attachments.emplace_back(fields.attachments[k].def);
+                    attachment.body = Scene::bodyAt(
+                        bodyIndex(fields.attachments[k].body, place + "/attachments/" + std::to_string(k) + "/body"));
+                }
+            },
+            made);
+        return made;
     }
 
     template <class Def>
@@ -338,6 +412,7 @@ private:
     std::string root_;
     Names bodyNames_;
     Names jointNames_;
+    Names deformableNames_;
 };
 
 ShapeFields fieldsOf(const Shape& shape) {
@@ -465,6 +540,10 @@ std::string toJson(const Scene& scene) {
             [&](const auto& def) {
                 fields.a = refTo(scene, def.a, joint.name);
                 fields.b = refTo(scene, def.b, joint.name);
+                if constexpr (requires { def.d; }) {
+                    fields.c = refTo(scene, def.c, joint.name);
+                    fields.d = refTo(scene, def.d, joint.name);
+                }
             },
             joint.def);
         if (auto* distance = std::get_if<DistanceDef>(&fields.def)) {
@@ -473,6 +552,29 @@ std::string toJson(const Scene& scene) {
             distance->upper = distance->upper < 0 ? DistanceDef{}.upper : distance->upper;
         }
     }
+    std::vector<std::string> names;
+    for (const DeformableDef& deformable : scene.deformables) {
+        DeformableFields& fields = file.deformables.emplace_back();
+        std::visit(
+            [&]<class Def>(const Def& def) {
+                fields.name = names.emplace_back(def.name);
+                if constexpr (std::is_same_v<Def, RopeDef>) {
+                    fields.rope = def;
+                } else if constexpr (std::is_same_v<Def, ClothDef>) {
+                    fields.cloth = ClothFields{.def = def};
+                    fields.cloth->mesh = MeshFields{.vertices = def.mesh.vertices, .triangles = def.mesh.triangles};
+                } else {
+                    fields.soft = SoftFields{.def = def};
+                    fields.soft->surface =
+                        MeshFields{.vertices = def.surface.vertices, .triangles = def.surface.triangles};
+                }
+                for (const Attachment& attachment : def.attachments) {
+                    fields.attachments.push_back({refTo(scene, attachment.body, def.name), attachment});
+                }
+            },
+            deformable);
+    }
+    requireUniqueNames("deformables", names.size(), [&](std::size_t i) -> const std::string& { return names[i]; });
     return write(file);
 }
 
@@ -504,7 +606,11 @@ PopulatedScene<S> populate(World<S>& world, const Scene& scene) {
         JointDef def = scene.joints[i].def;
         std::visit(
             [&](auto& joint) {
-                for (BodyId* id : {&joint.a, &joint.b}) {
+                std::vector<BodyId*> ends = {&joint.a, &joint.b};
+                if constexpr (requires { joint.d; }) {
+                    ends.insert(ends.end(), {&joint.c, &joint.d});
+                }
+                for (BodyId* id : ends) {
                     if (id->index >= ids.bodies.size()) {
                         throw InputError(where, "body " + std::to_string(id->index), "join bodies of the scene");
                     }
@@ -513,6 +619,23 @@ PopulatedScene<S> populate(World<S>& world, const Scene& scene) {
             },
             def);
         ids.joints.push_back(locate(where, [&] { return world.addJoint(def); }));
+    }
+    for (std::size_t i = 0; i < scene.deformables.size(); ++i) {
+        DeformableDef def = scene.deformables[i];
+        const std::string& name = std::visit([](const auto& d) -> const std::string& { return d.name; }, def);
+        const std::string where = "deformable " + (name.empty() ? std::to_string(i) : quoted(name));
+        std::visit(
+            [&](auto& d) {
+                for (Attachment& attachment : d.attachments) {
+                    if (attachment.body.index >= scene.bodies.size()) {
+                        throw InputError(where, "body " + std::to_string(attachment.body.index),
+                                         "attach it to bodies of the scene");
+                    }
+                    attachment.body = ids.bodies[attachment.body.index];
+                }
+            },
+            def);
+        ids.deformables.push_back(locate(where, [&] { return cairn::addDeformable(world, def); }));
     }
     return ids;
 }

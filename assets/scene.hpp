@@ -27,6 +27,7 @@ struct Scene {
     SceneView view;
     std::vector<BodyDef> bodies;
     std::vector<SceneJoint> joints;
+    std::vector<DeformableDef> deformables;  // attachments name bodies as joints do
 
     // The id by which a SceneJoint names bodies[index].
     static BodyId bodyAt(std::size_t index) { return {static_cast<std::uint32_t>(index), 0}; }
@@ -35,16 +36,19 @@ struct Scene {
         return bodyAt(bodies.size() - 1);
     }
     void add(std::string jointName, JointDef def) { joints.push_back({std::move(jointName), std::move(def)}); }
+    void addDeformable(DeformableDef def) { deformables.push_back(std::move(def)); }
 };
 
-// The ids that a scene's bodies and joints have in a world, in the scene's order.
+// The ids that a scene's bodies and joints have in a world, in the scene's order; the particles and joints of its
+// deformables are in these alone.
 template <class S>
 struct PopulatedScene {
     std::vector<BodyId> bodies;
     std::vector<JointId> joints;
+    std::vector<Deformable> deformables;
 };
-// Adds the scene's bodies and joints, in order, to a world made from scene.world. Throws InputError as World::add does,
-// with the body's or joint's name in front.
+// Adds the scene's bodies, joints and deformables, in order, to a world made from scene.world. Throws InputError as
+// World::add does, with the body's or joint's name in front.
 template <class S>
 PopulatedScene<S> populate(World<S>& world, const Scene& scene);
 

@@ -5,22 +5,12 @@
 #include <cairn/assets/scene.hpp>
 
 #include <map>
-#include <numbers>
 
 namespace cairn::scene_file {
 
 inline constexpr int version = 1;
 
-// What a field's value must be. Limits hold for every number of a vector.
-struct Rule {
-    const char* text;  // unit and meaning: the schema's description and a part of error messages
-    double least = -unlimited;
-    double most = unlimited;
-    bool above = false;  // least itself is not allowed
-    bool below = false;  // most itself is not allowed
-    bool required = false;
-    std::size_t fewest = 0;  // elements of a list
-};
+using Rule = FieldRule;
 
 // A body by its name or by its place in `bodies`.
 struct BodyRef {
@@ -92,8 +82,37 @@ struct BodyFields {
 
 struct JointFields {
     std::string name = {};
-    BodyRef a = {}, b = {};
+    BodyRef a = {}, b = {}, c = {}, d = {};
     JointDef def = {};  // but for its bodies
+};
+
+struct AttachmentFields {
+    BodyRef body = {};
+    Attachment def = {};  // but for its body
+};
+struct GridFields {
+    Vec3d corner = Vec3d::Zero();
+    Vec3d u = Vec3d::UnitX();
+    Vec3d v = Vec3d::UnitZ();
+    std::array<int, 2> cells = {10, 10};
+};
+struct ClothFields {
+    ClothDef def = {};  // but for its mesh, name and attachments
+    std::optional<MeshFields> mesh = {};
+    std::optional<GridFields> grid = {};
+    Posed pose = {};
+};
+struct SoftFields {
+    SoftBodyDef def = {};  // but for its surface, name and attachments
+    MeshFields surface = {};
+    Posed pose = {};
+};
+struct DeformableFields {
+    std::string name = {};
+    std::optional<RopeDef> rope = {};  // but for its name and attachments
+    std::optional<ClothFields> cloth = {};
+    std::optional<SoftFields> soft = {};
+    std::vector<AttachmentFields> attachments = {};
 };
 
 struct WorldFields {
@@ -112,12 +131,15 @@ struct SceneFile {
     std::map<std::string, Material> materials = {};
     std::vector<BodyFields> bodies = {};
     std::vector<JointFields> joints = {};
+    std::vector<DeformableFields> deformables = {};
 };
 
 // The words of an enumeration or of a variant's alternatives, in order.
 inline constexpr std::array bodyTypes = {"static", "kinematic", "dynamic"};
-inline constexpr std::array jointTypes = {"ball", "hinge", "slider", "weld", "distance", "cone_twist"};
-static_assert(jointTypes.size() == std::variant_size_v<JointDef>, "one word for each joint");
+inline constexpr auto jointTypes = []<std::size_t... I>(std::index_sequence<I...>) {
+    return std::array{std::variant_alternative_t<I, JointDef>::typeName...};
+}
+(std::make_index_sequence<std::variant_size_v<JointDef>>());
 
 inline const char* jointType(const JointDef& def) {
     return jointTypes[def.index()];
@@ -305,70 +327,8 @@ void describe(A& a, BodyFields& b) {
     a.field("canSleep", d.canSleep, {"whether it may fall asleep"});
     a.field("awake", d.awake, {"whether it starts awake"});
     a.field("shapes", b.shapes, {"its geometry"});
-}
-
-template <class A>
-void describe(A& a, Softness& s) {
-    a.field("compliance", s.compliance, {"m/N or rad/(N m), inverse stiffness; 0: rigid", 0});
-    a.field("damping", s.damping, {"N s/m or N m s/rad", 0});
-    a.field("frequency", s.frequency, {"Hz; above 0 it overrides compliance and damping", 0});
-    a.field("dampingRatio", s.dampingRatio, {"of critical, used with frequency", 0});
-}
-
-inline constexpr Rule anchorRule = {.text = "m, world at time 0", .required = true};
-inline constexpr Rule axisRule = {.text = "direction, world at time 0, of any length but 0", .required = true};
-
-template <class A>
-void describe(A& a, BallDef& j) {
-    a.field("anchor", j.anchor, anchorRule);
-}
-
-template <class A>
-void describe(A& a, HingeDef& j) {
-    a.field("anchor", j.anchor, anchorRule);
-    a.field("axis", j.axis, axisRule);
-    a.field("lower", j.lower, {"rad; left out: unlimited"});
-    a.field("upper", j.upper, {"rad; left out: unlimited"});
-    a.field("motorSpeed", j.motorSpeed, {"rad/s, of b against a"});
-    a.field("motorTorque", j.motorTorque, {"N m, the most the motor gives; 0: no motor", 0});
-}
-
-template <class A>
-void describe(A& a, SliderDef& j) {
-    a.field("anchor", j.anchor, anchorRule);
-    a.field("axis", j.axis, axisRule);
-    a.field("lower", j.lower, {"m; left out: unlimited"});
-    a.field("upper", j.upper, {"m; left out: unlimited"});
-    a.field("motorSpeed", j.motorSpeed, {"m/s, of b against a"});
-    a.field("motorForce", j.motorForce, {"N, the most the motor gives; 0: no motor", 0});
-}
-
-template <class A>
-void describe(A& a, WeldDef& j) {
-    a.field("anchor", j.anchor, anchorRule);
-}
-
-template <class A>
-void describe(A& a, DistanceDef& j) {
-    a.field("anchorA", j.anchorA, anchorRule);
-    a.field("anchorB", j.anchorB, anchorRule);
-    a.field("lower", j.lower, {"m; left out: the distance at time 0", 0});
-    a.field("upper", j.upper, {"m; left out: the distance at time 0", 0});
-}
-
-template <class A>
-void describe(A& a, ConeTwistDef& j) {
-    constexpr double pi = std::numbers::pi;
-    a.field("anchor", j.anchor, anchorRule);
-    a.field("axis", j.axis, axisRule);
-    a.field("swing", j.swing,
-            {.text = "rad, half opening of the cone, between 0 and pi",
-             .least = 0,
-             .most = pi,
-             .above = true,
-             .below = true});
-    a.field("twistLower", j.twistLower, {"rad", -pi, pi});
-    a.field("twistUpper", j.twistUpper, {"rad", -pi, pi});
+    a.field("particle", d.particle,
+            {"a point without rotation, with no shape or one sphere about it; it needs a mass"});
 }
 
 template <class A>
@@ -378,12 +338,95 @@ void describe(A& a, JointFields& j) {
     a.field("a", j.a, {.text = "the first body: its name, or its place in `bodies`", .required = true});
     a.field("b", j.b, {.text = "the second body", .required = true});
     std::visit(
-        [&a](auto& def) {
+        [&a, &j](auto& def) {
+            if constexpr (requires { def.d; }) {
+                a.field("c", j.c, {.text = "the third body", .required = true});
+                a.field("d", j.d, {.text = "the fourth body", .required = true});
+            }
             describe(a, def);
             a.field("softness", def.softness, {"how the joint gives way; left out: rigid"});
             a.field("collide", def.collide, {"whether a and b go on colliding"});
         },
         j.def);
+}
+
+template <class A>
+void describe(A& a, AttachmentFields& f) {
+    a.field("body", f.body, {.text = "the body that holds: its name, or its place in `bodies`", .required = true});
+    a.field("position", f.def.position, {.text = "m, world at time 0", .required = true});
+    a.field("reach", f.def.reach, {"m: all particles so near are held; 0: the nearest alone", 0});
+}
+
+// What ropes, cloth and soft bodies share.
+template <class A, class Def>
+void describeParticles(A& a, Def& d) {
+    a.field("damping", d.damping, {"s: damping coefficients are this time times the stiffness", 0});
+    a.field("friction", d.friction, frictionRule);
+    a.field("airDamping", d.airDamping, {"1/s: speeds decay as exp(-airDamping t)", 0});
+    a.field("velocity", d.velocity, {"m/s"});
+    a.field("filter", d.filter, {"whom it may hit; group 0: a group of its own"});
+}
+
+template <class A>
+void describe(A& a, RopeDef& d) {
+    a.field("from", d.from, {.text = "m, world at time 0", .required = true});
+    a.field("to", d.to, {.text = "m, world at time 0", .required = true});
+    a.field("segments", d.segments, {"straight parts, one less than particles", 1, 1e6});
+    a.field("radius", d.radius, {"m", minShapeSize()});
+    a.field("mass", d.mass, {.text = "kg, of the whole rope", .least = 0, .above = true});
+    a.field(
+        "stiffness", d.stiffness,
+        {.text = "N: force that would double its length; left out: it does not stretch", .least = 0, .above = true});
+    describeParticles(a, d);
+}
+
+template <class A>
+void describe(A& a, GridFields& g) {
+    a.field("corner", g.corner, {.text = "m", .required = true});
+    a.field("u", g.u, {.text = "m, one side", .required = true});
+    a.field("v", g.v, {.text = "m, the other side", .required = true});
+    a.field("cells", g.cells, {.text = "along u and v", .least = 1, .most = 10000, .required = true});
+}
+
+template <class A>
+void describe(A& a, ClothFields& f) {
+    a.field("mesh", f.mesh, {"triangles: a particle a vertex"});
+    a.field("grid", f.grid, {"a rectangle"});
+    a.field("position", f.pose.position, {"m, of the mesh or grid at time 0"});
+    a.field("rotation", f.pose.rotation, {"quaternion x, y, z, w of the mesh or grid at time 0"});
+    ClothDef& d = f.def;
+    a.field("radius", d.radius, {"m, half its thickness", minShapeSize()});
+    a.field("mass", d.mass, {.text = "kg, of the whole sheet", .least = 0, .above = true});
+    a.field("stretchStiffness", d.stretchStiffness,
+            {.text = "N/m: Young's modulus times thickness", .least = 0, .above = true});
+    a.field("bendStiffness", d.bendStiffness, {"N m: flexural rigidity", 0});
+    describeParticles(a, d);
+    a.oneOf({"mesh", "grid"});
+}
+
+template <class A>
+void describe(A& a, SoftFields& f) {
+    a.field("surface", f.surface, {.text = "closed triangles, counter-clockwise seen from outside", .required = true});
+    a.field("position", f.pose.position, {"m, of the surface at time 0"});
+    a.field("rotation", f.pose.rotation, {"quaternion x, y, z, w of the surface at time 0"});
+    SoftBodyDef& d = f.def;
+    a.field("cell", d.cell, {.text = "m, about the side of a cell", .least = 0, .above = true});
+    a.field("radius", d.radius, {"m, of its particles, which lie so deep below the surface", minShapeSize()});
+    a.field("mass", d.mass, {"kg; 0: from the density", 0});
+    a.field("density", d.density, densityRule);
+    a.field("youngModulus", d.youngModulus, {.text = "Pa", .least = 0, .above = true});
+    a.field("bulkModulus", d.bulkModulus, {"Pa, against changes of volume", 0});
+    describeParticles(a, d);
+}
+
+template <class A>
+void describe(A& a, DeformableFields& f) {
+    a.field("name", f.name, {"for reports; no two deformables share one"});
+    a.field("rope", f.rope, {"a line of particles"});
+    a.field("cloth", f.cloth, {"a sheet of particles"});
+    a.field("soft", f.soft, {"a solid of particles"});
+    a.field("attachments", f.attachments, {"what holds it"});
+    a.oneOf({"rope", "cloth", "soft"});
 }
 
 template <class A>
@@ -399,6 +442,7 @@ void describe(A& a, SceneFile& s) {
     a.field("materials", s.materials, {"surfaces and densities by name"});
     a.field("bodies", s.bodies, {.text = "in order of their index", .required = true});
     a.field("joints", s.joints, {"what holds bodies together"});
+    a.field("deformables", s.deformables, {"ropes, cloth and soft bodies"});
 }
 
 // A struct that has a describe().

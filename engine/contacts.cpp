@@ -56,7 +56,9 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
         }
         state.geometry.onA = point.onA.cast<S>() - a.localCentre;
         state.geometry.onB = point.onB.cast<S>() - b.localCentre;
-        state.geometry.normal = manifold.normal.cast<S>();
+        state.geometry.particleA = a.def.particle;
+        state.geometry.particleB = b.def.particle;
+        state.geometry.normal = (state.geometry.carriedByB() ? normalInB : manifold.normal).template cast<S>();
         state.geometry.roundA = isRound(a.def.shapes[manifold.shapeA], manifold.normal);
         state.geometry.roundB = isRound(b.def.shapes[manifold.shapeB], normalInB);
         state.separation = static_cast<S>(point.separation);

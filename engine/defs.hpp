@@ -29,8 +29,8 @@ struct Filter {
 struct BodyDef {
     std::string name = {};  // for reports and files; may be empty
     BodyType type = BodyType::Dynamic;
-    // A point with mass and no rotation: its shapes, which give it a surface to touch with, keep their world axes. What
-    // cloth, ropes and soft bodies are made of. Dynamic only; needs a mass.
+    // A point with mass and no rotation; one sphere about it, or no shape at all, is what it touches with. What cloth,
+    // ropes and soft bodies are made of (deformable.hpp). Dynamic only. Joints hold it at its centre.
     bool particle = false;
     std::vector<Shape> shapes = {};  // at least one with mass for a dynamic body, unless mass and inertia are given
     Vec3d position = Vec3d::Zero();  // of the body's frame (not of its centre of mass)
@@ -81,6 +81,19 @@ struct SolverDef {
     double tolerance = 0;  // m/s: direct ends when no row's velocity is wrong by more
     double directWork =
         0;  // auto: 6x6 block multiply-adds that a sub-step of one island may cost before sweeps take over
+    // Whether the solve meets a spinning body's resistance to being tipped (seed 4.17), which counts where it turns by
+    // more than about half a radian a sub-step. Its matrix is not symmetric: for solvers that need M^-1 alone, not for
+    // auto and direct.
+    bool gyroscopicInertia = false;
+};
+
+// How the spin of a body with unequal moments of inertia turns by itself. Measured in docs/engine.md.
+enum class GyroscopicRule {
+    None,              // w stays as it is: a top does not precess
+    Explicit,          // the seed's 4.4. For study only: it feeds energy in, without bound at 20 rad/s and 1/60 s
+    RestoredMomentum,  // the same with |L| scaled back: bounded and cheap, but tumbles at the wrong rate
+    Midpoint,          // keeps energy and angular momentum to round-off
+    RungeKutta,        // fourth order; keeps angular momentum to round-off
 };
 
 struct SleepDef {
@@ -94,6 +107,7 @@ struct WorldDef {
     Vec3d gravity = Vec3d(0, -9.81, 0);  // m/s2
     SolverDef solver = {};
     SleepDef sleep = {};
+    GyroscopicRule gyroscopic = GyroscopicRule::Midpoint;
     int threads = 1;                       // of the built-in job system, when `jobs` is null
     std::shared_ptr<JobSystem> jobs = {};  // a game's own
     double contactMargin = 0.01;           // m: gap at which contacts are looked for

@@ -46,14 +46,9 @@ void SolverBody<S>::refreshInertia() {
         return;
     }
     const Mat3<S> R = pose.rotation.toRotationMatrix();
+    stiffening.setZero();
     inertia = R * localInertia * R.transpose();
     inverseInertia = R * localInverseInertia * R.transpose();
-}
-
-template <class S>
-Vec3<S> SolverBody<S>::turn(const Vec6<S>& twist, S h) const {
-    // The midpoint rule turns by (w1 + w2) / 2.
-    return h * (twist.template tail<3>() - S(0.5) * gyroTurn) + offset.template tail<3>();
 }
 
 template <class S>
@@ -61,7 +56,7 @@ Pose<S> SolverBody<S>::moved(const Vec6<S>& twist, S h) const {
     Pose<S> to = pose;
     to.position += h * twist.template head<3>() + offset.template head<3>();
     if (!particle) {
-        to.rotation = rotated<S>(pose.rotation, turn(twist, h));
+        to.rotation = rotated<S>(pose.rotation, h * twist.template tail<3>() + offset.template tail<3>());
     }
     return to;
 }
@@ -71,17 +66,10 @@ void Island<S>::predict(S h) {
     externalImpulse.setZero();
     for (SolverBody<S>& body : bodies) {
         body.vBefore = body.v;
-        body.gyroTurn.setZero();
+        body.gyroMomentum.setZero();
         body.offset.setZero();
         if (body.fixed) {
             continue;
-        }
-        if (body.gyroscopic) {
-            const Quat<S> back = body.pose.rotation.conjugate();
-            const Vec3<S> w1 = back * Vec3<S>(body.v.template tail<3>());
-            const Vec3<S> turn = body.pose.rotation * Vec3<S>(gyroscopicMidpoint(body.localInertia, w1, h) - w1);
-            body.gyroTurn = turn;
-            body.v.template tail<3>() += turn;
         }
         body.v += h * body.applyInverseMass(body.force);
         if (body.linearDecay > S(0)) {
@@ -91,6 +79,20 @@ void Island<S>::predict(S h) {
             body.v.template tail<3>() *= std::exp(-body.angularDecay * h);
         }
         externalImpulse += body.mass * (body.v - body.vBefore).template head<3>();
+        if (body.gyroscopic != GyroscopicRule::None) {
+            const Mat3<S> R = body.pose.rotation.toRotationMatrix();
+            const Vec3<S> w = body.v.template tail<3>();
+            const Vec3<S> local = R.transpose() * w;
+            const Vec3<S> mean = R * freeSpin(body.gyroscopic, body.localInertia, local, h).mean;
+            body.gyroMomentum = body.inertia * w;
+            if (body.gyroscopicInertia) {
+                body.inverseInertia = R * spinResponse(body.gyroscopic, body.localInertia, local, h) * R.transpose();
+                body.inertia = body.inverseInertia.inverse();
+                body.holdsInertia = true;
+            }
+            body.gyroMomentum -= body.inertia * mean;
+            body.v.template tail<3>() = mean;
+        }
     }
 }
 
@@ -99,7 +101,7 @@ void Island<S>::linearize() {
     rows.clear();
     blocks.clear();
     for (SolverBody<S>& body : bodies) {
-        if (!body.fixed) {
+        if (!body.fixed && !body.holdsInertia) {
             body.refreshInertia();
         }
     }
@@ -219,11 +221,17 @@ void Island<S>::contactErrors(std::vector<S>& C) const {
 template <class S>
 void Island<S>::integrate(S h) {
     for (SolverBody<S>& body : bodies) {
-        const Vec3<S> turn = body.turn(body.v, h);
+        const Vec3<S> w = body.v.template tail<3>();
         body.pose = body.moved(body.v, h);
-        // The world twist turns with the body that carries it.
-        if (body.gyroscopic) {
-            body.v.template tail<3>() = expQuat(turn) * Vec3<S>(body.v.template tail<3>());
+        if (body.particle || body.gyroscopic == GyroscopicRule::None) {
+            continue;
+        }
+        // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
+        const Vec3<S> momentum = body.inertia * w - body.stiffening.cwiseProduct(w) + body.gyroMomentum;
+        body.holdsInertia = false;
+        body.refreshInertia();
+        if (carriesMomentum(body.gyroscopic)) {
+            body.v.template tail<3>() = body.inverseInertia * momentum;
         }
     }
 }

@@ -12,12 +12,12 @@ namespace cairn {
 
 template <class S>
 struct SolverBody {
-    std::uint32_t index = 0;  // in the world's table
-    bool fixed = false;       // static or kinematic: moves as its velocity says, takes no push
-    bool gyroscopic = false;
-    bool particle = false;        // has no rotation and no inertia
-    Pose<S> pose;                 // of the centre of mass
-    Vec6<S> v = Vec6<S>::Zero();  // twist, world axes: m/s, rad/s
+    std::uint32_t index = 0;                           // in the world's table
+    bool fixed = false;                                // static or kinematic: moves as its velocity says, takes no push
+    GyroscopicRule gyroscopic = GyroscopicRule::None;  // None also where it has no effect
+    bool particle = false;                             // has no rotation and no inertia
+    Pose<S> pose;                                      // of the centre of mass
+    Vec6<S> v = Vec6<S>::Zero();                       // twist, world axes: m/s, rad/s
     S mass = 0;
     S inverseMass = 0;                       // 0: fixed
     Mat3<S> localInertia = Mat3<S>::Zero();  // body axes
@@ -28,15 +28,18 @@ struct SolverBody {
     S linearDecay = 0;                // 1/s
     S angularDecay = 0;
     Vec3<S> acceleration = Vec3<S>::Zero();  // m/s2, mean over the last step
+    Vec3<S> stiffening = Vec3<S>::Zero();    // kg m2, of the diagonal of `inertia`: geometric stiffness, no mass
     Vec6<S> vBefore = Vec6<S>::Zero();       // twist at the start of the sub-step
-    Vec3<S> gyroTurn = Vec3<S>::Zero();      // change of w by the gyroscopic rule in this sub-step, rad/s
-    Vec6<S> offset = Vec6<S>::Zero();        // m and rad, what an impact within the sub-step takes from its motion
+    // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
+    // short of the angular momentum after its forces and impulses.
+    Vec3<S> gyroMomentum = Vec3<S>::Zero();
+    bool gyroscopicInertia = false;    // SolverDef::gyroscopicInertia, for this body
+    bool holdsInertia = false;         // inertia is that of the sub-step's equation of motion until it has moved
+    Vec6<S> offset = Vec6<S>::Zero();  // m and rad, what an impact within the sub-step takes from its motion
 
     void refreshInertia();
-    // Where the body is after h seconds at twist v, starting here (offset and gyroscopic turn of the sub-step
-    // included).
+    // Where the body is after h seconds at twist v, starting here (offset included).
     Pose<S> moved(const Vec6<S>& twist, S h) const;
-    Vec3<S> turn(const Vec6<S>& twist, S h) const;  // rad, by which it rotates then
     // M^-1 times a generalised impulse.
     Vec6<S> applyInverseMass(const Vec6<S>& impulse) const {
         Vec6<S> dv;
@@ -122,7 +125,8 @@ struct Island {
     bool mayHalveOnFailure = false;  // auto: an unsolved contact problem is worth shorter sub-steps
     int roundCap = 0;  // auto: the most Newton rounds that this island's bound pays for; 0: no cap but the solver's own
 
-    // v <- v + h (force / M), damping and the gyroscopic rule (by need).
+    // v <- the mean twist of the sub-step without constraints: h (force / M) and damping at its start, then the mean of
+    // the free spin (by need).
     void predict(S h);
     // Collects the rows at the present poses with the lambda of the last solve.
     void linearize();
@@ -132,7 +136,7 @@ struct Island {
     void jointErrors(std::vector<S>& C) const;
     // C of the contact points at the present poses, in the order of the contact blocks.
     void contactErrors(std::vector<S>& C) const;
-    // Moves the poses by h times the twist given by `velocity(body index)`.
+    // Moves the poses by h v; then v is the twist at the end of the sub-step.
     void integrate(S h);
     // Hands lambda back to joints and contacts.
     void storeLambda();

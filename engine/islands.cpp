@@ -6,7 +6,7 @@ namespace cairn {
 namespace {
 
 template <class S>
-SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const Vec3<S>& gravity) {
+SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionSettings<S>& motion) {
     SolverBody<S> s;
     s.index = index;
     s.fixed = !body.isDynamic();
@@ -17,7 +17,8 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const Vec3<S>
     if (s.fixed) {
         return s;
     }
-    s.gyroscopic = body.gyroscopic;
+    s.gyroscopic = body.gyroscopic ? motion.gyroscopic : GyroscopicRule::None;
+    s.gyroscopicInertia = motion.gyroscopicInertia && s.gyroscopic != GyroscopicRule::None;
     s.mass = body.mass;
     s.inverseMass = S(1) / body.mass;
     s.localInertia = body.inertia;
@@ -25,7 +26,7 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const Vec3<S>
     if (!s.particle) {
         s.localInverseInertia = body.inertia.inverse();
     }
-    s.force << body.mass * static_cast<S>(body.def.gravityScale) * gravity + body.force, body.torque;
+    s.force << body.mass * static_cast<S>(body.def.gravityScale) * motion.gravity + body.force, body.torque;
     s.linearDecay = static_cast<S>(body.def.linearDamping);
     s.angularDecay = static_cast<S>(body.def.angularDamping);
     s.refreshInertia();
@@ -57,7 +58,7 @@ void Islands<S>::join(std::uint32_t a, std::uint32_t b) {
 
 template <class S>
 void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTable<S>& contacts,
-                         const Vec3<S>& gravity) {
+                         const MotionSettings<S>& motion) {
     const std::size_t slots = bodies.slotCount();
     parent_.resize(slots);
     std::iota(parent_.begin(), parent_.end(), 0U);
@@ -128,7 +129,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         }
     }
     for (std::size_t k = 0; k < awake_.size(); ++k) {
-        addBodies(awake_[k], members[k], bodies, gravity);
+        addBodies(awake_[k], members[k], bodies, motion);
     }
 
     // Local indices: of dynamic bodies once for all, of fixed ones as each island first meets them.
@@ -145,7 +146,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         }
         const auto [found, fresh] = fixedBodies[k].try_emplace(body, static_cast<int>(awake_[k].bodies.size()));
         if (fresh) {
-            awake_[k].bodies.push_back(solverBody(body, bodies[body], gravity));
+            awake_[k].bodies.push_back(solverBody(body, bodies[body], motion));
         }
         return found->second;
     };
@@ -207,10 +208,10 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
 
 template <class S>
 void Islands<S>::addBodies(Island<S>& island, const std::vector<std::uint32_t>& members, BodyTable<S>& bodies,
-                           const Vec3<S>& gravity) {
+                           const MotionSettings<S>& motion) {
     island.bodies.reserve(members.size() + 4);
     for (const std::uint32_t i : members) {
-        island.bodies.push_back(solverBody(i, bodies[i], gravity));
+        island.bodies.push_back(solverBody(i, bodies[i], motion));
     }
 }
 

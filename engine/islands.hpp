@@ -7,12 +7,21 @@
 
 namespace cairn {
 
+// What moves the bodies of a world beside their constraints.
+template <class S>
+struct MotionSettings {
+    Vec3<S> gravity = Vec3<S>::Zero();  // m/s2
+    GyroscopicRule gyroscopic = GyroscopicRule::Midpoint;
+    bool gyroscopicInertia = false;
+};
+
 template <class S>
 class Islands {
 public:
     // Builds the awake islands, in order of their lowest body. An island in which anything is awake, or that something
     // moving touches, is awake as a whole; the rest stays asleep.
-    void rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTable<S>& contacts, const Vec3<S>& gravity);
+    void rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTable<S>& contacts,
+                 const MotionSettings<S>& motion);
     std::vector<Island<S>>& awake() { return awake_; }
 
     // Puts to sleep the islands whose bodies have all stayed within `sleep.distance` for `sleep.time`.
@@ -24,7 +33,7 @@ private:
     std::uint32_t root(std::uint32_t body);
     void join(std::uint32_t a, std::uint32_t b);
     void addBodies(Island<S>& island, const std::vector<std::uint32_t>& members, BodyTable<S>& bodies,
-                   const Vec3<S>& gravity);
+                   const MotionSettings<S>& motion);
 
     std::vector<std::uint32_t> parent_;
     std::vector<Island<S>> awake_;

@@ -9,120 +9,120 @@ std::string text(double value) {
     return std::to_string(value);
 }
 
-void requireFinite(const std::string& field, const Vec3d& v) {
-    if (!v.allFinite()) {
-        throw InputError(field, "(" + text(v.x()) + ", " + text(v.y()) + ", " + text(v.z()) + ")",
-                         "give finite numbers");
-    }
-}
+// Holds the fields of a definition against their rules.
+class FieldCheck {
+public:
+    explicit FieldCheck(std::string type) : type_(std::move(type)) {}
 
-// A frame at `anchor` whose x is `axis`.
-Posed jointFrame(const std::string& type, const Vec3d& anchor, const Vec3d& axis) {
-    requireFinite(type + ".anchor", anchor);
-    requireFinite(type + ".axis", axis);
-    const double length = axis.norm();
-    if (!(length > 1e-9)) {
-        throw InputError(type + ".axis", "length " + text(length), "give a direction of length over 1e-9");
+    void field(const char* name, const double& value, const FieldRule& rule) const {
+        const bool finite = std::isfinite(value) || (rule.mayBeInfinite && !std::isnan(value));
+        const bool high = rule.above ? value > rule.least : value >= rule.least;
+        const bool low = rule.below ? value < rule.most : value <= rule.most;
+        if (!finite || !(rule.fileOnly || (high && low))) {
+            throw InputError(type_ + "." + name, text(value), "give " + wanted(rule) + " (" + rule.text + ")");
+        }
     }
-    Mat3d frame;
-    Vec3d y;
-    Vec3d z;
-    const Vec3d x = axis / length;
-    completeBasis<double>(x, y, z);
-    frame << x, y, z;
-    return {anchor, Quatd(frame).normalized()};
-}
+    void field(const char* name, const Vec3d& value, const FieldRule& rule) const {
+        if (!value.allFinite()) {
+            throw InputError(type_ + "." + name,
+                             "(" + text(value.x()) + ", " + text(value.y()) + ", " + text(value.z()) + ")",
+                             "give finite numbers");
+        }
+        if (rule.direction && !(value.norm() > 1e-9)) {
+            throw InputError(type_ + "." + name, "length " + text(value.norm()),
+                             "give a direction of length over 1e-9");
+        }
+    }
 
-void requireLimits(const std::string& type, const char* lowerName, double lower, double upper, bool angular) {
-    if (std::isnan(lower) || std::isnan(upper) || lower > upper) {
-        throw InputError(type + "." + lowerName, text(lower), "it must not exceed the upper limit " + text(upper));
+private:
+    static std::string wanted(const FieldRule& rule) {
+        std::string limits = rule.mayBeInfinite ? "a number" : "a finite number";
+        if (rule.least > -unlimited) {
+            limits += (rule.above ? " above " : " of at least ") + text(rule.least);
+        }
+        if (rule.most < unlimited) {
+            limits += (rule.below ? " below " : " up to ") + text(rule.most);
+        }
+        return limits;
     }
-    const double pi = std::numbers::pi;
-    if (angular && ((std::isfinite(lower) && lower <= -pi) || (std::isfinite(upper) && upper >= pi))) {
-        throw InputError(type + "." + lowerName, text(lower) + " .. " + text(upper),
-                         "angles are known within (-pi, pi) only: narrow the limits or leave them out");
-    }
-}
 
-void requireFinite(const std::string& field, double value) {
-    if (!std::isfinite(value)) {
-        throw InputError(field, text(value), "give a finite number");
-    }
-}
-
-void requireNotNegative(const std::string& field, double value) {
-    if (!(value >= 0) || !std::isfinite(value)) {
-        throw InputError(field, text(value), "give a finite number >= 0");
-    }
-}
+    std::string type_;
+};
 
 struct WorldFrames {
     Posed a;
     Posed b;
 };
 
-WorldFrames worldFrames(const BallDef& d) {
-    const Posed f = jointFrame("ball", d.anchor, Vec3d::UnitX());
-    return {f, f};
-}
-
-WorldFrames worldFrames(const WeldDef& d) {
-    const Posed f = jointFrame("weld", d.anchor, Vec3d::UnitX());
-    return {f, f};
-}
-
-WorldFrames worldFrames(const HingeDef& d) {
-    const Posed f = jointFrame("hinge", d.anchor, d.axis);
-    requireLimits("hinge", "lower", d.lower, d.upper, true);
-    requireFinite("hinge.motorSpeed", d.motorSpeed);
-    requireNotNegative("hinge.motorTorque", d.motorTorque);
-    return {f, f};
-}
-
-WorldFrames worldFrames(const SliderDef& d) {
-    const Posed f = jointFrame("slider", d.anchor, d.axis);
-    requireLimits("slider", "lower", d.lower, d.upper, false);
-    requireFinite("slider.motorSpeed", d.motorSpeed);
-    requireNotNegative("slider.motorForce", d.motorForce);
-    return {f, f};
-}
-
-WorldFrames worldFrames(const ConeTwistDef& d) {
-    const Posed f = jointFrame("cone_twist", d.anchor, d.axis);
-    if (!(d.swing > 0) || !(d.swing < std::numbers::pi)) {
-        throw InputError("cone_twist.swing", text(d.swing), "give an angle in (0, pi)");
+template <class Def>
+WorldFrames worldFrames(const Def& def) {
+    WorldFrames frames;
+    if constexpr (requires { def.anchorA; }) {
+        frames.a.position = def.anchorA;
+        frames.b.position = def.anchorB;
+    } else if constexpr (requires { def.anchor; }) {
+        frames.a.position = frames.b.position = def.anchor;
     }
-    requireLimits("cone_twist", "twistLower", d.twistLower, d.twistUpper, true);
-    return {f, f};
-}
-
-WorldFrames worldFrames(const DistanceDef& d) {
-    requireFinite("distance.anchorA", d.anchorA);
-    requireFinite("distance.anchorB", d.anchorB);
-    if (std::isnan(d.lower) || std::isnan(d.upper) || (d.lower >= 0 && d.upper >= 0 && d.lower > d.upper)) {
-        throw InputError("distance.lower", text(d.lower), "it must not exceed the upper limit " + text(d.upper));
+    Vec3d axis = Vec3d::UnitX();
+    if constexpr (requires { def.axis; }) {
+        axis = def.axis.normalized();
     }
-    return {{d.anchorA, Quatd::Identity()}, {d.anchorB, Quatd::Identity()}};
+    Mat3d R;
+    Vec3d y;
+    Vec3d z;
+    completeBasis<double>(axis, y, z);
+    R << axis, y, z;
+    frames.a.rotation = frames.b.rotation = Quatd(R).normalized();
+    return frames;
 }
 
+// What a joint may ask of a particle: to be held at its centre, and not to be turned.
 template <class S>
-S restLength(const VolumeDef&, const Joint<S>& joint, const BodyTable<S>& bodies) {
-    const auto at = [&](BodyId id) { return bodies[id.index].pose.position; };
-    const Vec3<S> a = at(joint.a);
-    const S volume = (at(joint.b) - a).dot((at(joint.c) - a).cross(at(joint.d) - a)) / S(6);
-    if (!(std::abs(volume) > std::numeric_limits<S>::min())) {
-        throw InputError("volume", "four particles in one plane", "give four corners of a tetrahedron with volume");
+void holdParticles(Joint<S>& joint, const BodyTable<S>& bodies, const std::string& type) {
+    const auto isHeldAtCentre = [&](BodyId id, Pose<S>& frame) {
+        const Body<S>& body = bodies[id.index];
+        if (body.def.particle) {
+            const S roundOff = S(64) * Eigen::NumTraits<S>::epsilon() * (S(1) + body.pose.position.norm());
+            if (frame.position.norm() > roundOff) {
+                throw InputError(type + ".anchor",
+                                 text(static_cast<double>(frame.position.norm())) +
+                                     " m from the centre of the particle \"" + body.def.name + "\"",
+                                 "put the anchor at the particle's centre");
+            }
+            frame.position.setZero();
+        }
+        return body.def.particle || (!body.isDynamic() && frame.position.isZero());
+    };
+    const bool a = isHeldAtCentre(joint.a, joint.frames.a);
+    const bool b = isHeldAtCentre(joint.b, joint.frames.b);
+    joint.frames.particles = a && b;
+    const bool particleA = bodies[joint.a.index].def.particle;
+    const bool particleB = bodies[joint.b.index].def.particle;
+    if (!particleA && !particleB) {
+        return;
     }
-    return volume;
+    std::vector<Row<S>> rows;
+    RowBlock<S> block;
+    joint.linearize(bodies[joint.a.index].pose, bodies[joint.b.index].pose, rows, block);
+    if (std::any_of(rows.begin(), rows.end(), [](const Row<S>& row) { return row.isAngular; })) {
+        throw InputError(
+            type,
+            "a joint that turns, on the particle \"" + bodies[(particleA ? joint.a : joint.b).index].def.name + "\"",
+            "particles do not turn: use a ball or a distance");
+    }
+    // A ball pushes both at b's point, in axes that a carries: exact where b is the particle.
+    if (particleA && !particleB && std::holds_alternative<BallDef>(joint.def)) {
+        std::swap(joint.a, joint.b);
+        std::swap(joint.frames.a, joint.frames.b);
+    }
 }
 
 // Frequency and damping ratio become compliance and damping through each row's own effective mass.
 template <class S>
 void applySoftness(Joint<S>& joint, const Softness& s, const BodyTable<S>& bodies, const std::string& type) {
-    requireNotNegative(type + ".softness.compliance", s.compliance);
-    requireNotNegative(type + ".softness.damping", s.damping);
-    requireNotNegative(type + ".softness.frequency", s.frequency);
-    requireNotNegative(type + ".softness.dampingRatio", s.dampingRatio);
+    Softness checked = s;
+    const FieldCheck check(type + ".softness");
+    describe(check, checked);
     if (s.frequency == 0 && s.compliance == 0 && s.damping == 0) {
         return;
     }
@@ -222,8 +222,18 @@ Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
                     "a joint between \"" + bodies[d.a.index].def.name + "\" and \"" + bodies[d.b.index].def.name + "\"",
                     "make at least one of them dynamic");
             }
+            auto checked = d;
+            const FieldCheck check(type);
+            describe(check, checked);
+            if constexpr (requires { validate(d); }) {
+                validate(d);
+            }
             if constexpr (betweenParticles) {
-                joint.frames.rest = restLength(d, joint, bodies);
+                std::array<Vec3<S>, 4> x{};
+                for (int k = 0; k < ids; ++k) {
+                    x[static_cast<std::size_t>(k)] = bodies[joint.body(k).index].pose.position;
+                }
+                joint.frames.rest = restOf(d, x);
             } else {
                 const WorldFrames world = worldFrames(d);
                 joint.frames.a =
@@ -231,6 +241,7 @@ Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
                 joint.frames.b =
                     relativePose(bodies[d.b.index].pose.template cast<double>(), world.b).template cast<S>();
                 joint.frames.rest = static_cast<S>((world.b.position - world.a.position).norm());
+                holdParticles(joint, bodies, type);
             }
             applySoftness(joint, d.softness, bodies, type);
             return joint;

@@ -132,6 +132,9 @@ public:
         return row;
     }
 
+    // A row whose gradient and C are known.
+    Row<S>& add(const Row<S>& row) { return push() = row; }
+
     // Two one-sided rows that keep `value`, whose gradient is that of `like`, within [lower, upper].
     void limits(const Row<S>& like, S value, S lower, S upper) {
         const Row<S> gradient = like;
@@ -156,13 +159,16 @@ public:
     // A row between particles: C with its gradients, zero for particles that the block does not have.
     Row<S>& particles(S C, const Vec3<S>& a, const Vec3<S>& b, const Vec3<S>& c = Vec3<S>::Zero(),
                       const Vec3<S>& d = Vec3<S>::Zero()) {
-        block_.particles = true;
+        betweenParticles();
         Row<S>& row = push();
         row.a << a, b;
         row.b << c, d;
         row.C = C;
         return row;
     }
+
+    // Says that all rows of the block are between particles.
+    void betweenParticles() { block_.particles = true; }
 
     // Makes the last row a motor: J v = speed with at most `most` N or N m.
     static void makeMotor(Row<S>& row, S speed, S most) {
@@ -194,7 +200,10 @@ template <class S>
 struct JointFrames {
     Pose<S> a;
     Pose<S> b;
-    S rest = 0;  // at the time of adding: m, the distance of the two anchors; m3, the volume of a tetrahedron
+    // At the time of adding: m, the distance of the two anchors; m3, the volume of a tetrahedron; rad, the angle of two
+    // triangles.
+    S rest = 0;
+    bool particles = false;  // both bodies are held at their centres, and neither is turned by it
 };
 
 }  // namespace cairn

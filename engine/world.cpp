@@ -45,6 +45,12 @@ void validate(const BodyDef& def) {
         throw InputError(label(def) + ".particle", "true for a body that is fixed, or with a spin or an inertia",
                          "leave type, angularVelocity and inertia out: a particle is dynamic and does not turn");
     }
+    if (def.particle &&
+        (def.shapes.size() > 1 || (def.shapes.size() == 1 && (def.shapes[0].kind != ShapeKind::Sphere ||
+                                                              !def.shapes[0].pose.position.isZero())))) {
+        throw InputError(label(def) + ".shapes", "of a particle, other than one sphere about its centre",
+                         "give a particle no shape or one sphere: what does not turn can only be round");
+    }
     for (const Shape& shape : def.shapes) {
         const Material& m = shape.material;
         requireNotNegative(def, "shapes.friction", m.friction);
@@ -155,6 +161,10 @@ struct World<S>::Impl {
     }
 
     SolverSettings settings() const {
+        if (def.solver.gyroscopicInertia && (def.solver.name == "auto" || def.solver.name == "direct")) {
+            throw InputError("solver.gyroscopicInertia", "true with the solver \"" + def.solver.name + "\"",
+                             "leave it out, or use gauss_seidel: this solver needs a symmetric mass matrix");
+        }
         SolverSettings s;
         s.def = def.solver;
         s.restitutionSpeed = def.restitutionSpeed;
@@ -434,7 +444,8 @@ void World<S>::Impl::step(S dt) {
     }
     {
         const StageTimer timer(report.times.islands);
-        islands.rebuild(bodies, joints, contacts, def.gravity.cast<S>());
+        islands.rebuild(bodies, joints, contacts,
+                        {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia});
     }
     std::vector<Island<S>>& awake = islands.awake();
     std::vector<SolveReport> solved(awake.size());
@@ -668,6 +679,9 @@ void World<S>::setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angu
     if (b.def.type == BodyType::Static) {
         throw InputError(label(b.def) + ".velocity", "of a static body", "make it kinematic to move it");
     }
+    if (b.def.particle && !angular.isZero()) {
+        throw InputError(label(b.def) + ".velocity", "a spin of a particle", "particles do not turn: give no spin");
+    }
     b.v = linear;
     b.w = angular;
     impl_->wake(b);
@@ -690,15 +704,20 @@ void World<S>::setMotor(JointId id, double speed, double most) {
         throw InputError("motor", std::to_string(speed) + ", " + std::to_string(most),
                          "give a finite speed and a most >= 0");
     }
-    if (auto* hinge = std::get_if<HingeDef>(&joint.def)) {
-        hinge->motorSpeed = speed;
-        hinge->motorTorque = most;
-    } else if (auto* slider = std::get_if<SliderDef>(&joint.def)) {
-        slider->motorSpeed = speed;
-        slider->motorForce = most;
-    } else {
-        throw InputError("motor", "on a joint without one", "only hinges and sliders have motors");
-    }
+    std::visit(
+        [&]<class Def>(Def& def) {
+            if constexpr (requires { def.motorTorque; }) {
+                def.motorSpeed = speed;
+                def.motorTorque = most;
+            } else if constexpr (requires { def.motorForce; }) {
+                def.motorSpeed = speed;
+                def.motorForce = most;
+            } else {
+                throw InputError("motor", std::string("on a ") + Def::typeName,
+                                 "only joints with a motorSpeed have motors");
+            }
+        },
+        joint.def);
     joint.lambda.clear();
     impl_->wakeBodies(joint);
 }
@@ -757,7 +776,7 @@ std::vector<ContactView> World<S>::contacts() const {
                 view.b = impl_->bodies.idAt(pair.pair.b);
                 view.point =
                     (S(0.5) * (a.pose * point.geometry.onA + b.pose * point.geometry.onB)).template cast<double>();
-                view.normal = (a.pose.rotation * point.geometry.normal).template cast<double>();
+                view.normal = point.geometry.direction(a.pose, b.pose).template cast<double>();
                 view.separation = static_cast<double>(point.separation);
                 view.normalForce = static_cast<double>(point.normalForce);
                 view.frictionForce = point.friction.template cast<double>();

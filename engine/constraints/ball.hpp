@@ -14,6 +14,11 @@ struct BallDef {
     static constexpr const char* typeName = "ball";
 };
 
+template <class A>
+void describe(A& a, BallDef& j) {
+    a.field("anchor", j.anchor, anchorRule);
+}
+
 template <class S>
 void linearize(const BallDef&, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b, RowWriter<S>& rows) {
     pointRows(frames, a, b, rows);

@@ -20,6 +20,26 @@ struct ConeTwistDef {
     static constexpr const char* typeName = "cone_twist";
 };
 
+template <class A>
+void describe(A& a, ConeTwistDef& j) {
+    constexpr double pi = std::numbers::pi;
+    a.field("anchor", j.anchor, anchorRule);
+    a.field("axis", j.axis, axisRule);
+    a.field("swing", j.swing,
+            {.text = "rad, half opening of the cone, between 0 and pi",
+             .least = 0,
+             .most = pi,
+             .above = true,
+             .below = true});
+    const FieldRule twist = {.text = "rad", .least = -pi, .most = pi, .mayBeInfinite = true, .fileOnly = true};
+    a.field("twistLower", j.twistLower, twist);
+    a.field("twistUpper", j.twistUpper, twist);
+}
+
+inline void validate(const ConeTwistDef& j) {
+    requireAngles(j.typeName, "twistLower", j.twistLower, j.twistUpper);
+}
+
 template <class S>
 void linearize(const ConeTwistDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
                RowWriter<S>& rows) {

@@ -1,6 +1,7 @@
 #pragma once
 // Contact point: C = n . (p_b - p_a) >= 0 with the normal n carried by a (seed 5.4), and two friction rows J v = 0
-// across n whose force stays in the disc of radius mu lambda_n (seed 5.6).
+// across n whose force stays in the disc of radius mu lambda_n (seed 5.6). A particle does not turn: all its contact
+// forces act at its centre, friction too, or the pair would lose angular momentum; the other body carries the normal.
 #include <cairn/engine/rows.hpp>
 
 namespace cairn {
@@ -9,13 +10,18 @@ template <class S>
 struct ContactGeometry {
     Vec3<S> onA;     // point of a, from its centre of mass, in a's frame, m
     Vec3<S> onB;     // point of b, likewise
-    Vec3<S> normal;  // unit, from a to b, in a's frame
+    Vec3<S> normal;  // unit, from a to b, in the frame of the body that carries it
     // Where a surface is round, the point that touches stays where it is while the body rolls on below it: its arm
     // keeps the world direction that it had at the start of the step. A corner turns with its body.
     bool roundA = false;
     bool roundB = false;
     Vec3<S> startArmA = Vec3<S>::Zero();  // m, world
     Vec3<S> startArmB = Vec3<S>::Zero();
+    bool particleA = false;
+    bool particleB = false;
+
+    bool carriedByB() const { return particleA && !particleB; }
+    Vec3<S> direction(const Pose<S>& a, const Pose<S>& b) const { return (carriedByB() ? b : a).rotation * normal; }
 
     void startStep(const Pose<S>& a, const Pose<S>& b) {
         startArmA = a.rotation * onA;
@@ -24,17 +30,19 @@ struct ContactGeometry {
     Vec3<S> armOnA(const Pose<S>& a) const { return roundA ? startArmA : Vec3<S>(a.rotation * onA); }
     Vec3<S> armOnB(const Pose<S>& b) const { return roundB ? startArmB : Vec3<S>(b.rotation * onB); }
     S separation(const Pose<S>& a, const Pose<S>& b) const {
-        return (a.rotation * normal).dot((b.position - a.position) + armOnB(b) - armOnA(a));
+        return direction(a, b).dot((b.position - a.position) + armOnB(b) - armOnA(a));
     }
 };
 
 template <class S>
 void linearizeContact(const ContactGeometry<S>& contact, const Pose<S>& a, const Pose<S>& b, bool withFriction,
                       RowWriter<S>& rows) {
-    const Vec3<S> n = a.rotation * contact.normal;
-    const Vec3<S> armB = contact.armOnB(b);
-    const Vec3<S> armA = (b.position - a.position) + armB;
-    Row<S>& normal = rows.point(n, armA, armB, n.dot(armA - contact.armOnA(a)));
+    const Vec3<S> n = contact.direction(a, b);
+    const Vec3<S> apart = b.position - a.position;
+    const Vec3<S> onB = contact.armOnB(b);
+    const Vec3<S> armB = contact.particleB ? Vec3<S>(Vec3<S>::Zero()) : contact.particleA ? Vec3<S>(-apart) : onB;
+    const Vec3<S> armA = apart + armB;
+    Row<S>& normal = rows.point(n, armA, armB, n.dot(apart + onB - contact.armOnA(a)));
     normal.lo = S(0);
     if (withFriction) {
         Vec3<S> t1;

@@ -20,6 +20,20 @@ struct HingeDef {
     static constexpr const char* typeName = "hinge";
 };
 
+template <class A>
+void describe(A& a, HingeDef& j) {
+    a.field("anchor", j.anchor, anchorRule);
+    a.field("axis", j.axis, axisRule);
+    a.field("lower", j.lower, {.text = "rad; left out: unlimited", .mayBeInfinite = true});
+    a.field("upper", j.upper, {.text = "rad; left out: unlimited", .mayBeInfinite = true});
+    a.field("motorSpeed", j.motorSpeed, turnRateRule);
+    a.field("motorTorque", j.motorTorque, {"N m, the most the motor gives; 0: no motor", 0});
+}
+
+inline void validate(const HingeDef& j) {
+    requireAngles(j.typeName, "lower", j.lower, j.upper);
+}
+
 template <class S>
 void linearize(const HingeDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
                RowWriter<S>& rows) {

@@ -1,7 +1,16 @@
 #pragma once
-// Row groups that several joints share. Poses are of the bodies' centres of mass, world frame.
+// What several joints share: rules of fields, softness, row groups. Poses are of the bodies' centres of mass, world
+// frame.
+//
+// A joint is its header: a Def with the members below, describe(archive, def) for its fields, validate(def) where
+// fields must agree with each other, and linearize(def, frames, poseA, poseB, rows). Where it sits is told by the
+// members it has: `anchor`, or `anchorA` and `anchorB`, is the origin of its frames on both bodies, and `axis`, if any,
+// their x axis.
 #include <cairn/engine/defs.hpp>
+#include <cairn/engine/fields.hpp>
 #include <cairn/engine/rows.hpp>
+
+#include <numbers>
 
 namespace cairn {
 
@@ -12,6 +21,36 @@ struct Softness {
     double frequency = 0;     // Hz, of the two bodies' effective mass on each row; > 0 overrides compliance and damping
     double dampingRatio = 1;  // of critical, used with frequency
 };
+
+template <class A>
+void describe(A& a, Softness& s) {
+    a.field("compliance", s.compliance, {"m/N or rad/(N m), inverse stiffness; 0: rigid", 0});
+    a.field("damping", s.damping, {"N s/m or N m s/rad", 0});
+    a.field("frequency", s.frequency, {"Hz; above 0 it overrides compliance and damping", 0});
+    a.field("dampingRatio", s.dampingRatio, {"of critical, used with frequency", 0});
+}
+
+inline constexpr FieldRule anchorRule = {.text = "m, world at time 0", .required = true};
+inline constexpr FieldRule axisRule = {
+    .text = "direction, world at time 0, of any length but 0", .required = true, .direction = true};
+inline constexpr FieldRule speedRule = {"m/s, of b against a"};
+inline constexpr FieldRule turnRateRule = {"rad/s, of b against a"};
+
+inline void requireOrder(const char* type, const char* lowerName, double lower, double upper) {
+    if (std::isnan(lower) || std::isnan(upper) || lower > upper) {
+        throw InputError(std::string(type) + "." + lowerName, std::to_string(lower),
+                         "it must not exceed the upper limit " + std::to_string(upper));
+    }
+}
+
+inline void requireAngles(const char* type, const char* lowerName, double lower, double upper) {
+    requireOrder(type, lowerName, lower, upper);
+    constexpr double pi = std::numbers::pi;
+    if ((std::isfinite(lower) && lower <= -pi) || (std::isfinite(upper) && upper >= pi)) {
+        throw InputError(std::string(type) + "." + lowerName, std::to_string(lower) + " .. " + std::to_string(upper),
+                         "angles are known within (-pi, pi) only: narrow the limits or leave them out");
+    }
+}
 
 // Three rows that bring two points together: C = p_b - p_a in the axes of a's joint frame (seed 5.1, vector form). Axes
 // that turn with a make C blind to a common rotation, so that angular momentum is conserved (seed 5.2).

@@ -1,6 +1,7 @@
 #pragma once
 // All joints. A new one is its header and one word here.
 #include <cairn/engine/constraints/ball.hpp>
+#include <cairn/engine/constraints/bend.hpp>
 #include <cairn/engine/constraints/cone_twist.hpp>
 #include <cairn/engine/constraints/distance.hpp>
 #include <cairn/engine/constraints/hinge.hpp>
@@ -12,6 +13,6 @@
 
 namespace cairn {
 
-using JointDef = std::variant<BallDef, HingeDef, SliderDef, WeldDef, DistanceDef, ConeTwistDef, VolumeDef>;
+using JointDef = std::variant<BallDef, HingeDef, SliderDef, WeldDef, DistanceDef, ConeTwistDef, VolumeDef, BendDef>;
 
 }  // namespace cairn

@@ -20,6 +20,20 @@ struct SliderDef {
     static constexpr const char* typeName = "slider";
 };
 
+template <class A>
+void describe(A& a, SliderDef& j) {
+    a.field("anchor", j.anchor, anchorRule);
+    a.field("axis", j.axis, axisRule);
+    a.field("lower", j.lower, {.text = "m; left out: unlimited", .mayBeInfinite = true});
+    a.field("upper", j.upper, {.text = "m; left out: unlimited", .mayBeInfinite = true});
+    a.field("motorSpeed", j.motorSpeed, speedRule);
+    a.field("motorForce", j.motorForce, {"N, the most the motor gives; 0: no motor", 0});
+}
+
+inline void validate(const SliderDef& j) {
+    requireOrder(j.typeName, "lower", j.lower, j.upper);
+}
+
 template <class S>
 void linearize(const SliderDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
                RowWriter<S>& rows) {

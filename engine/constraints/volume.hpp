@@ -15,6 +15,19 @@ struct VolumeDef {
     static constexpr bool betweenParticles = true;
 };
 
+template <class A>
+void describe(A&, VolumeDef&) {}
+
+// m3, at the time of adding.
+template <class S>
+S restOf(const VolumeDef& j, const std::array<Vec3<S>, 4>& x) {
+    const S volume = (x[1] - x[0]).dot((x[2] - x[0]).cross(x[3] - x[0])) / S(6);
+    if (!(std::abs(volume) > std::numeric_limits<S>::min())) {
+        throw InputError(j.typeName, "four particles in one plane", "give four corners of a tetrahedron with volume");
+    }
+    return volume;
+}
+
 template <class S>
 void linearize(const VolumeDef&, const JointFrames<S>& frames, const std::array<Vec3<S>, 4>& x, RowWriter<S>& rows) {
     const Vec3<S> b = x[1] - x[0];

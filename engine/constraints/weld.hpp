@@ -14,6 +14,11 @@ struct WeldDef {
     static constexpr const char* typeName = "weld";
 };
 
+template <class A>
+void describe(A& a, WeldDef& j) {
+    a.field("anchor", j.anchor, anchorRule);
+}
+
 template <class S>
 void linearize(const WeldDef&, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b, RowWriter<S>& rows) {
     pointRows(frames, a, b, rows);

@@ -1,13 +1,13 @@
 // Augmented vertex block descent (seed 7, 7.1; Giles 2025): a round over the bodies, there and back
 // (body_descent.hpp), then
 //     lambda <- P(lambda + rho C)   (7.10),
-// so that hard rows need no stiffness to be hard. The penalty is the mass on the row's load path over h^2: neither units
-// nor masses need tuning (facts/solvers 5.3). lambda starts from the last step's, the velocities
-// from what the bodies did in it: from free fall instead, with lambda on top, the first rounds throw them about. Geometric stiffness with
-// lambda + rho C (erratum 12), friction as a disc. Errors found at the start are left to post-stabilisation, which moves
-// the bodies after their velocities are known (5.4).
-// Momentum is kept only as far as the rounds have converged (7.3.2). Cost: as vbd. Use it for heavy things on light ones
-// where `direct` is too dear, and for soft things with hard joints.
+// so that hard rows need no stiffness to be hard. The penalty is the mass on the row's load path over h^2: neither
+// units nor masses need tuning (facts/solvers 5.3). lambda starts from the last step's, the velocities from what the
+// bodies did in it: from free fall instead, with lambda on top, the first rounds throw them about. Geometric stiffness
+// with lambda + rho C (erratum 12), friction as a disc. Errors found at the start are left to post-stabilisation, which
+// moves the bodies after their velocities are known (5.4). Momentum is kept only as far as the rounds have converged
+// (7.3.2). Cost: as vbd. Use it for heavy things on light ones where `direct` is too dear, and for soft things with
+// hard joints.
 #include <cairn/engine/impacts.hpp>
 #include <cairn/engine/solvers/body_descent.hpp>
 #include <cairn/engine/solvers/solver.hpp>

@@ -8,9 +8,9 @@ namespace cairn {
 namespace {
 
 // kg, for each block: the mass that rests or hangs on it. The heavier of its two bodies, or what its pair of bodies
-// carried in the last step in terms of weight; where nothing was carried yet, the heaviest body of the island. A penalty
-// of this mass over h^2 makes the augmented Lagrangian as fast at 1000 : 1 as at 1 : 1; one that is the same for each
-// row's own masses, or in newtons per metre, does not (facts/solvers 5.3).
+// carried in the last step in terms of weight; where nothing was carried yet, the heaviest body of the island. A
+// penalty of this mass over h^2 makes the augmented Lagrangian as fast at 1000 : 1 as at 1 : 1; one that is the same
+// for each row's own masses, or in newtons per metre, does not (facts/solvers 5.3).
 template <class S>
 std::vector<S> loadMasses(const Island<S>& island) {
     S heaviest = 0;

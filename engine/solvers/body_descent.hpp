@@ -19,9 +19,9 @@ public:
     // `penalty`: of h^2 rho of hard rows to the mass on the load path.
     BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness, S penalty);
 
-    // One round: over the bodies in their order, and back. Multipliers that move after every one-way sweep blow up where
-    // a body has several rows; after a symmetric one they do not, at any penalty (measured on a tower of ten boxes; the
-    // theory is that of ADMM with symmetric Gauss-Seidel, Chen, Sun and Toh 2017).
+    // One round: over the bodies in their order, and back. Multipliers that move after every one-way sweep blow up
+    // where a body has several rows; after a symmetric one they do not, at any penalty (measured on a tower of ten
+    // boxes; the theory is that of ADMM with symmetric Gauss-Seidel, Chen, Sun and Toh 2017).
     void descend();
     // Starts from the velocities before the sub-step and that share of its forces which the body gave way to in the
     // last step (Giles 2025): what rests starts at rest, what falls starts falling.
@@ -56,7 +56,7 @@ private:
     std::vector<std::vector<std::uint32_t>> blocksOf_;  // of each body
     std::vector<LocalRow> local_;
     std::vector<S> errors_;
-    std::vector<S> weight_;                             // of each row: 1 / (d + s), less what slides
+    std::vector<S> weight_;  // of each row: 1 / (d + s), less what slides
 };
 
 }  // namespace cairn

@@ -21,6 +21,11 @@ Vec3<S> geometricStiffness(const Vec3<S>& force, const Vec3<S>& arm) {
 // Adds to the inertia of every body that joints hold by a force, from the forces of the last solve.
 template <class S>
 void addGeometricStiffness(Island<S>& island, S h) {
+    for (SolverBody<S>& body : island.bodies) {
+        if (!body.fixed && !body.stiffening.isZero()) {
+            body.refreshInertia();
+        }
+    }
     for (std::size_t k = 0; k < static_cast<std::size_t>(island.jointBlocks); ++k) {
         const RowBlock<S>& block = island.blocks[k];
         Vec3<S> force = Vec3<S>::Zero();  // on b
@@ -31,7 +36,9 @@ void addGeometricStiffness(Island<S>& island, S h) {
         for (const bool first : {true, false}) {
             SolverBody<S>& body = island.bodies[static_cast<std::size_t>(first ? block.a : block.b)];
             if (block.pointRows > 0 && !body.fixed && !body.particle) {
-                body.inertia.diagonal() += h * h * geometricStiffness<S>(force, first ? block.armA : block.armB);
+                const Vec3<S> stiff = h * h * geometricStiffness<S>(force, first ? block.armA : block.armB);
+                body.stiffening += stiff;
+                body.inertia.diagonal() += stiff;
                 body.inverseInertia = body.inertia.inverse();
             }
         }

@@ -72,6 +72,9 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
     }
     takeVelocities();
     island.integrate(h);
+    if (settings_.def.geometricStiffness) {
+        addGeometricStiffness(island, h);
+    }
     for (std::size_t i = 0; i < problem.v.size(); ++i) {
         problem.v[i] = island.bodies[i].v;
     }

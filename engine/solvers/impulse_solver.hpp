@@ -1,8 +1,9 @@
 #pragma once
 // What the solvers on impulses have in common; they differ in iterate() alone. Per sub-step:
 //     v <- predict;  rows at x, taken once;  v, p <- iterate(with push-out);  x <- x + h v;  v, p <- iterate(without).
-// Errors of hard rows are worked off by a stiff, over-damped spring in the sweeps that move the bodies; sweeps without it follow ("relax"), so that the push-out leaves no speed behind. Full correction with a full
-// warm start diverges (facts/solvers 5.4).
+// Errors of hard rows are worked off by a stiff, over-damped spring in the sweeps that move the bodies; sweeps without
+// it follow ("relax"), so that the push-out leaves no speed behind. Full correction with a full warm start diverges
+// (facts/solvers 5.4).
 #include <cairn/engine/solvers/solver.hpp>
 #include <cairn/engine/solvers/sweep.hpp>
 

@@ -2,9 +2,9 @@
 //     p_k <- p_k + xi dp_k(v),   v <- v + M^-1 sum of J_k^T dp_k,
 // with masses split among a body's blocks (Tonge 2012), or, without, the plain method, which diverges where a body has
 // several contacts and no xi holds it. Chebyshev's weights (Wang 2015), w_1 = 1, w_2 = 2 / (2 - rho^2),
-// w_k+1 = 4 / (4 - rho^2 w_k), speed it up while no bound opens or shuts: they start anew when a sweep changes more than
-// the last one did. Free of order, so any number of threads could share a sweep. Cost: as gauss_seidel, twice to many
-// times the sweeps.
+// w_k+1 = 4 / (4 - rho^2 w_k), speed it up while no bound opens or shuts: they start anew when a sweep changes more
+// than the last one did. Free of order, so any number of threads could share a sweep. Cost: as gauss_seidel, twice to
+// many times the sweeps.
 #include <cairn/engine/solvers/impulse_solver.hpp>
 
 namespace cairn {

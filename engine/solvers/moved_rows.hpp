@@ -137,9 +137,9 @@ private:
                 // The rows of one block share their poses: what an earlier one moved shows through J.
                 const S e = errorAfterBlock(i, block);
                 const S scale = t.mobility + t.softness;
-                const S dp = std::clamp(problem_.p[i] - relaxation * (e + t.softness * problem_.p[i]) / scale, t.lo,
-                                        t.hi) -
-                             problem_.p[i];
+                const S dp =
+                    std::clamp(problem_.p[i] - relaxation * (e + t.softness * problem_.p[i]) / scale, t.lo, t.hi) -
+                    problem_.p[i];
                 push(row, block, dp);
                 problem_.p[i] += dp;
                 change += scale * dp * dp;

@@ -1,6 +1,7 @@
 // Non-smooth non-linear conjugate gradients (Silcowitz 2010): a sweep of projected Gauss-Seidel takes the place of the
 // steepest descent, and the directions of the sweeps are made conjugate as Fletcher and Reeves do:
-//     D_k = PGS(p_k) - p_k,   beta = |D_k|^2 / |D_k-1|^2;   beta > 1: d = 0 (start anew), else p += beta d, d = beta d + D_k.
+//     D_k = PGS(p_k) - p_k,   beta = |D_k|^2 / |D_k-1|^2;   beta > 1: d = 0 (start anew), else p += beta d, d = beta d
+//     + D_k.
 // Its sweeps converge well enough for a push-out spring thirty times as stiff as that of gauss_seidel, which sags by as
 // much less.
 // One vector more than gauss_seidel, and far fewer sweeps where loads travel far (walls, piles). The last sweep is a
@@ -13,7 +14,8 @@ namespace {
 template <class S>
 class Nncg final : public ImpulseSolver<S> {
 public:
-    explicit Nncg(const SolverSettings& settings) : ImpulseSolver<S>(settings, 4, 10, {.phase = 5, .dampingRatio = 5}) {}
+    explicit Nncg(const SolverSettings& settings)
+        : ImpulseSolver<S>(settings, 4, 10, {.phase = 5, .dampingRatio = 5}) {}
 
 private:
     void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) override {

@@ -1,7 +1,7 @@
-// Vertex block descent (seed 6.1, 6.2; Chen 2024): implicit forces, body after body (body_descent.hpp). Springs and soft
-// joints are what it is for; a hard row is a spring of penalty * load / h^2, which gives way by load * g h^2 / penalty,
-// and costs the more rounds the stiffer it is. Momentum is kept only as far as the rounds have converged (7.3.2).
-// Cost: a visit of a body is one 6x6 solve and all of its rows; each row is visited four times a round.
+// Vertex block descent (seed 6.1, 6.2; Chen 2024): implicit forces, body after body (body_descent.hpp). Springs and
+// soft joints are what it is for; a hard row is a spring of penalty * load / h^2, which gives way by load * g h^2 /
+// penalty, and costs the more rounds the stiffer it is. Momentum is kept only as far as the rounds have converged
+// (7.3.2). Cost: a visit of a body is one 6x6 solve and all of its rows; each row is visited four times a round.
 #include <cairn/engine/impacts.hpp>
 #include <cairn/engine/solvers/body_descent.hpp>
 #include <cairn/engine/solvers/solver.hpp>

@@ -19,9 +19,7 @@ class Xpbd final : public Solver<S> {
 public:
     explicit Xpbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 1) {}
-    int substeps(Island<S>&, S) const override {
-        return settings_.def.substeps > 0 ? settings_.def.substeps : 20;
-    }
+    int substeps(Island<S>&, S) const override { return settings_.def.substeps > 0 ? settings_.def.substeps : 20; }
 
     SolveReport advance(Island<S>& island, S h) override {
         const SolverDef& def = settings_.def;

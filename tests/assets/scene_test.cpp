@@ -77,6 +77,7 @@ void expectSame(const BodyDef& a, const BodyDef& b) {
     SCOPED_TRACE("body " + a.name);
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.type, b.type);
+    EXPECT_EQ(a.particle, b.particle);
     expectBits(a.position, b.position, "position");
     expectBits(a.rotation, b.rotation, "rotation");
     expectBits(a.linearVelocity, b.linearVelocity, "linearVelocity");
@@ -110,7 +111,12 @@ void expectSameJoint(const Def& a, const Def& b) {
     expectBits(a.softness.dampingRatio, b.softness.dampingRatio, "dampingRatio");
     if constexpr (requires { a.anchor; }) {
         expectBits(a.anchor, b.anchor, "anchor");
-    } else {
+    }
+    if constexpr (requires { a.d; }) {
+        EXPECT_EQ(a.c, b.c);
+        EXPECT_EQ(a.d, b.d);
+    }
+    if constexpr (requires { a.anchorA; }) {
         expectBits(a.anchorA, b.anchorA, "anchorA");
         expectBits(a.anchorB, b.anchorB, "anchorB");
     }
@@ -134,6 +140,51 @@ void expectSameJoint(const Def& a, const Def& b) {
         expectBits(a.swing, b.swing, "swing");
         expectBits(a.twistLower, b.twistLower, "twistLower");
         expectBits(a.twistUpper, b.twistUpper, "twistUpper");
+    }
+}
+
+void expectSameMesh(const TriangleMesh& a, const TriangleMesh& b) {
+    EXPECT_EQ(a.triangles, b.triangles);
+    ASSERT_EQ(a.vertices.size(), b.vertices.size());
+    for (std::size_t i = 0; i < a.vertices.size(); ++i) {
+        expectBits(a.vertices[i], b.vertices[i], "vertex");
+    }
+}
+
+template <class Def>
+void expectSameDeformable(const Def& a, const Def& b) {
+    SCOPED_TRACE("deformable " + a.name);
+    EXPECT_EQ(a.name, b.name);
+    expectBits(a.radius, b.radius, "radius");
+    expectBits(a.mass, b.mass, "mass");
+    expectBits(a.damping, b.damping, "damping");
+    expectBits(a.friction, b.friction, "friction");
+    expectBits(a.airDamping, b.airDamping, "airDamping");
+    expectBits(a.velocity, b.velocity, "velocity");
+    EXPECT_EQ(a.filter.category, b.filter.category);
+    EXPECT_EQ(a.filter.mask, b.filter.mask);
+    EXPECT_EQ(a.filter.group, b.filter.group);
+    ASSERT_EQ(a.attachments.size(), b.attachments.size());
+    for (std::size_t i = 0; i < a.attachments.size(); ++i) {
+        EXPECT_EQ(a.attachments[i].body, b.attachments[i].body);
+        expectBits(a.attachments[i].position, b.attachments[i].position, "position of an attachment");
+        expectBits(a.attachments[i].reach, b.attachments[i].reach, "reach");
+    }
+    if constexpr (std::is_same_v<Def, RopeDef>) {
+        expectBits(a.from, b.from, "from");
+        expectBits(a.to, b.to, "to");
+        EXPECT_EQ(a.segments, b.segments);
+        expectBits(a.stiffness, b.stiffness, "stiffness");
+    } else if constexpr (std::is_same_v<Def, ClothDef>) {
+        expectSameMesh(a.mesh, b.mesh);
+        expectBits(a.stretchStiffness, b.stretchStiffness, "stretchStiffness");
+        expectBits(a.bendStiffness, b.bendStiffness, "bendStiffness");
+    } else {
+        expectSameMesh(a.surface, b.surface);
+        expectBits(a.cell, b.cell, "cell");
+        expectBits(a.density, b.density, "density");
+        expectBits(a.youngModulus, b.youngModulus, "youngModulus");
+        expectBits(a.bulkModulus, b.bulkModulus, "bulkModulus");
     }
 }
 
@@ -172,6 +223,15 @@ void expectSame(const Scene& a, const Scene& b) {
         std::visit(
             [&](const auto& def) { expectSameJoint(def, std::get<std::decay_t<decltype(def)>>(b.joints[i].def)); },
             a.joints[i].def);
+    }
+    ASSERT_EQ(a.deformables.size(), b.deformables.size());
+    for (std::size_t i = 0; i < a.deformables.size(); ++i) {
+        ASSERT_EQ(a.deformables[i].index(), b.deformables[i].index());
+        std::visit(
+            [&](const auto& def) {
+                expectSameDeformable(def, std::get<std::decay_t<decltype(def)>>(b.deformables[i]));
+            },
+            a.deformables[i]);
     }
 }
 
@@ -246,6 +306,53 @@ Scene everyField() {
                                       anySoftness(chance), true});
     scene.add("cone", ConeTwistDef{a, moved, chance.vector(), chance.vector(), chance.number(), -chance.number(),
                                    chance.number(), anySoftness(chance), true});
+    std::array<BodyId, 4> beads;
+    for (BodyId& bead : beads) {
+        bead = scene.add({.particle = true, .position = chance.vector(), .mass = chance.number()});
+    }
+    scene.add("volume", VolumeDef{beads[0], beads[1], beads[2], beads[3], anySoftness(chance), false});
+    scene.add("bend", BendDef{beads[0], beads[1], beads[2], beads[3], anySoftness(chance), false});
+    const std::vector<Attachment> attachments = {{a, chance.vector(), chance.number()}, {moved, chance.vector(), 0}};
+    scene.addDeformable(RopeDef{"rope",
+                                chance.vector(),
+                                chance.vector(),
+                                7,
+                                chance.number(),
+                                chance.number(),
+                                chance.number(),
+                                chance.number(),
+                                chance.number(),
+                                chance.number(),
+                                chance.vector(),
+                                {6, 0xfffffff0U, -5},
+                                attachments});
+    scene.addDeformable(ClothDef{"cloth",
+                                 loadMesh(dataFile("rock.obj")),
+                                 chance.number(),
+                                 chance.number(),
+                                 chance.number(),
+                                 chance.number(),
+                                 chance.number(),
+                                 chance.number(),
+                                 chance.number(),
+                                 chance.vector(),
+                                 {6, 0xfffffff0U, -6},
+                                 attachments});
+    scene.addDeformable(SoftBodyDef{"",
+                                    loadMesh(dataFile("rock.obj")),
+                                    chance.number(),
+                                    chance.number(),
+                                    chance.number(),
+                                    chance.number(),
+                                    chance.number(),
+                                    chance.number(),
+                                    chance.number(),
+                                    chance.number(),
+                                    chance.number(),
+                                    chance.vector(),
+                                    {6, 0xfffffff0U, -7},
+                                    {}});
+    scene.addDeformable(RopeDef{});
     scene.add("", HingeDef{.a = a, .b = moved, .upper = 1});
     scene.add("", DistanceDef{.a = a, .b = moved});
     return scene;
@@ -380,9 +487,12 @@ void expectPopulated() {
         EXPECT_NEAR((world.pose(ids.bodies[i]).position.template cast<double>() - scene.bodies[i].position).norm(), 0,
                     1e-6);
     }
+    ASSERT_EQ(ids.deformables.size(), scene.deformables.size());
+    EXPECT_EQ(ids.deformables[0].particles.size(), 9U);
+    EXPECT_EQ(ids.deformables[0].attachments.size(), 2U);
     const std::vector<JointView> views = world.jointViews();
-    ASSERT_EQ(views.size(), scene.joints.size());
-    for (std::size_t i = 0; i < views.size(); ++i) {
+    ASSERT_GT(views.size(), scene.joints.size());
+    for (std::size_t i = 0; i < scene.joints.size(); ++i) {
         std::visit([&](const auto& def) { EXPECT_EQ(views[i].a, ids.bodies[def.a.index]); }, scene.joints[i].def);
         EXPECT_LT(views[i].gap, 1e-6);  // anchors agree at time 0
     }

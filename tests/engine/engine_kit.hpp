@@ -90,7 +90,7 @@ Vec3d spin(const World<S>& world, BodyId id) {
     return world.angularVelocity(id).template cast<double>();
 }
 
-struct Motion {
+struct SceneMotion {
     Vec3d momentum = Vec3d::Zero();         // N s
     Vec3d angularMomentum = Vec3d::Zero();  // N m s, about the origin
     double kinetic = 0;                     // J
@@ -99,8 +99,8 @@ struct Motion {
 };
 
 template <class S>
-Motion motionOf(const World<S>& world) {
-    Motion sum;
+SceneMotion motionOf(const World<S>& world) {
+    SceneMotion sum;
     for (const BodyId id : world.bodies()) {
         const double m = static_cast<double>(world.mass(id));
         if (m == 0) {

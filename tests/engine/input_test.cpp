@@ -1,6 +1,8 @@
 // Bad input is refused at the edge, with field, value and remedy; a step never throws.
 #include "engine_kit.hpp"
 
+#include <cairn/engine/joint.hpp>
+
 namespace cairn {
 namespace {
 
@@ -73,6 +75,22 @@ TEST(BadInput, Bodies) {
         def.mass = -1;
         world.add(def);
     });
+    const auto particle = [](auto change) {
+        return [change](BodyDef& d) {
+            d.particle = true;
+            d.shapes.clear();
+            change(d);
+        };
+    };
+    expectBodyRefused("particle", particle([](BodyDef& d) { d.type = BodyType::Static; }));
+    expectBodyRefused("particle", particle([](BodyDef& d) { d.angularVelocity.x() = 1; }));
+    expectBodyRefused("particle", particle([](BodyDef& d) { d.inertia = Vec3d(1, 1, 1); }));
+    expectBodyRefused("shapes", particle([](BodyDef& d) { d.shapes = {unitBox()}; }));
+    expectBodyRefused("shapes", particle([](BodyDef& d) {
+                          d.shapes = {sphere(0.1)};
+                          d.shapes[0].pose.position.x() = 0.1;
+                      }));
+    expectBodyRefused("mass", particle([](BodyDef& d) { d.mass = 0; }));
 }
 
 TEST(BadInput, NumbersThatFloatCannotHold) {
@@ -122,6 +140,14 @@ struct TwoBodies {
     BodyId hook = world.add({.name = "hook", .type = BodyType::Static});
     BodyId wall = world.add({.name = "wall", .type = BodyType::Kinematic});
     BodyId crate = world.add(goodBody());
+    // Four corners of a tetrahedron with the hook.
+    std::array<BodyId, 3> particles = {addParticle(Vec3d(1, 0, 0)), addParticle(Vec3d(0, 1, 0)),
+                                       addParticle(Vec3d(0.2, 0.1, 1))};
+    std::array<BodyId, 2> fixed = {world.add({.type = BodyType::Static, .position = Vec3d(0, 2, 0)}),
+                                   world.add({.type = BodyType::Static, .position = Vec3d(0, 0, 2)})};
+    BodyId addParticle(const Vec3d& position) {
+        return world.add({.name = "bead", .particle = true, .position = position, .mass = 1});
+    }
     BodyId gone = [this] {
         const BodyId id = world.add(goodBody());
         world.remove(id);
@@ -141,11 +167,49 @@ void checkJointRefusals() {
         if constexpr (requires { def.anchorB; }) {
             def.anchorB = Vec3d(1, 0, 0);
         }
+        if constexpr (ParticleJoint<Def>) {
+            def.b = t.particles[0];
+            def.c = t.particles[1];
+            def.d = t.particles[2];
+        }
         change(def);
         expectRefused(std::string(Def::typeName) + field, [&] { t.world.add(def); });
         EXPECT_TRUE(t.world.joints().empty());
     };
-    refused("", [&](Def& d) { d.b = t.wall; });
+    refused("", [&](Def& d) {
+        d.b = t.wall;
+        if constexpr (ParticleJoint<Def>) {
+            d.c = t.fixed[0];
+            d.d = t.fixed[1];
+        }
+    });
+    if constexpr (ParticleJoint<Def>) {
+        refused(".d", [&](Def& d) { d.d = d.c; });
+        refused(".c", [&](Def& d) { d.c = t.gone; });
+        refused(".b", [&](Def& d) { d.b = t.crate; });
+        // All four in one line: neither volume nor triangles.
+        refused("", [&](Def& d) {
+            d.b = t.particles[0];
+            d.c = t.addParticle(Vec3d(2, 0, 0));
+            d.d = t.addParticle(Vec3d(3, 0, 0));
+        });
+    } else if constexpr (std::is_same_v<Def, BallDef> || std::is_same_v<Def, DistanceDef>) {
+        refused(".anchor", [&](Def& d) {
+            d.b = t.particles[0];
+            if constexpr (requires { d.anchor; }) {
+                d.anchor = Vec3d(1, 0.01, 0);
+            } else {
+                d.anchorB = Vec3d(1, 0.01, 0);
+            }
+        });
+    } else {
+        refused("", [&](Def& d) {
+            d.b = t.particles[0];
+            if constexpr (requires { d.anchor; }) {
+                d.anchor = Vec3d(1, 0, 0);
+            }
+        });
+    }
     refused(".b", [&](Def& d) { d.b = d.a; });
     refused(".b", [&](Def& d) { d.b = t.gone; });
     refused(".a", [&](Def& d) { d.a = BodyId(); });
@@ -244,6 +308,7 @@ TEST(BadInput, Setters) {
     expectRefused("impulse", [&] { world.applyImpulse(t.crate, zero, bad); });
     expectRefused("velocity", [&] { world.setVelocity(t.crate, bad, zero); });
     expectRefused("velocity", [&] { world.setVelocity(t.hook, zero, zero); });
+    expectRefused("velocity", [&] { world.setVelocity(t.particles[0], zero, Vec3d(0, 1, 0)); });
     expectRefused("pose", [&] { world.setPose(t.crate, {bad, Quatd::Identity()}); });
     expectRefused("pose", [&] { world.setPose(t.crate, {zero, Quatd(0, 0, 0, 0)}); });
     const JointId hinge = world.add(HingeDef{.a = t.hook, .b = t.crate});

@@ -119,6 +119,11 @@ Def fullDef(TestRandom& random, const Vec3d& middle) {
 }
 
 template <class S>
+Vec3d position(const BodyTable<S>& bodies, BodyId id) {
+    return bodies[id.index].pose.position.template cast<double>();
+}
+
+template <class S>
 BodyId addLooseBody(BodyTable<S>& bodies, const Posed& pose) {
     Body<S> body;
     body.pose = pose.cast<S>();
@@ -127,8 +132,103 @@ BodyId addLooseBody(BodyTable<S>& bodies, const Posed& pose) {
     return bodies.add(body);
 }
 
+template <class S>
+BodyId addLooseParticle(BodyTable<S>& bodies, const Vec3d& position) {
+    Body<S> body;
+    body.def.particle = true;
+    body.pose.position = position.cast<S>();
+    body.mass = 1;
+    return bodies.add(body);
+}
+
+// A joint between particles: rows against differences in every coordinate, no net force, no net torque.
+template <class S, class Def>
+void checkParticleJoint(double away) {
+    SCOPED_TRACE(std::string(Def::typeName) + ", away by " + std::to_string(away));
+    TestRandom random(17);
+    for (int trial = 0; trial < 40; ++trial) {
+        BodyTable<S> bodies;
+        // About a regular tetrahedron; the triangles of a bend keep area and stay away from its cut at pi.
+        const std::array<Vec3d, 4> corner = {Vec3d(-0.5, 0, 0), Vec3d(0.5, 0, 0), Vec3d(0, 0.9, 0.1),
+                                             Vec3d(0, -0.4, 0.8)};
+        const Posed place{random.vector(2), random.rotation()};
+        std::array<BodyId, 4> ids;
+        std::array<Vec3d, 4> moved;
+        for (std::size_t k = 0; k < 4; ++k) {
+            const Vec3d x = place * (corner[k] + random.vector(0.1));
+            ids[k] = addLooseParticle(bodies, x);
+            moved[k] = x + 0.2 * away * random.vector(1);
+        }
+        Def def;
+        def.a = ids[0];
+        def.b = ids[1];
+        if constexpr (requires { def.c; }) {
+            def.c = ids[2];
+            def.d = ids[3];
+        }
+        if constexpr (requires { def.anchorA; }) {
+            def.anchorA = position(bodies, ids[0]);
+            def.anchorB = position(bodies, ids[1]);
+            if (trial % 2 == 1) {
+                def.lower = 0.5;
+                def.upper = 1.5;
+            }
+        }
+        const Joint<S> joint = makeJoint(JointDef(def), bodies);
+        Joint<double> exact;
+        exact.def = joint.def;
+        exact.c = joint.c;
+        exact.d = joint.d;
+        exact.frames.rest = static_cast<double>(joint.frames.rest);
+        exact.frames.particles = joint.frames.particles;
+        const auto linearize = [&]<class T>(const Joint<T>& of, const std::array<Vec3d, 4>& x, RowBlock<T>& block) {
+            std::array<Pose<T>, 4> poses;
+            std::vector<Row<T>> rows;
+            for (std::size_t k = 0; k < 4; ++k) {
+                poses[k].position = x[k].cast<T>();
+            }
+            const bool four = of.bodyCount() == 4;
+            block.c = four ? 2 : -1;
+            block.d = four ? 3 : -1;
+            of.linearize({&poses[0], &poses[1], four ? &poses[2] : nullptr, four ? &poses[3] : nullptr}, rows, block);
+            EXPECT_TRUE(block.particles);
+            return rows;
+        };
+        RowBlock<S> block;
+        const std::vector<Row<S>> rows = linearize(joint, moved, block);
+        ASSERT_FALSE(rows.empty());
+        const double tol = 20 * tolerance<S>();
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            Vec3d force = Vec3d::Zero();
+            Vec3d torque = Vec3d::Zero();
+            for (int k = 0; k < block.bodyCount(); ++k) {
+                const Vec3d g = bodyGradient(rows[i], block, k).template head<3>().template cast<double>();
+                force += g;
+                torque += moved[static_cast<std::size_t>(k)].cross(g);
+                for (int j = 0; j < 3; ++j) {
+                    const double step = 1e-6;
+                    const auto at = [&](double h) {
+                        std::array<Vec3d, 4> x = moved;
+                        x[static_cast<std::size_t>(k)](j) += h;
+                        RowBlock<double> any;
+                        return linearize(exact, x, any)[i].C;
+                    };
+                    EXPECT_NEAR(g(j), (at(step) - at(-step)) / (2 * step), tol) << "row " << i << ", particle " << k;
+                }
+            }
+            RowBlock<double> any;
+            EXPECT_NEAR(static_cast<double>(rows[i].C), linearize(exact, moved, any)[i].C, tol);
+            EXPECT_LE(force.norm(), tol);
+            EXPECT_LE(torque.norm(), tol);
+        }
+    }
+}
+
 template <class S, class Def>
 void checkJoint(double away) {
+    if constexpr (ParticleJoint<Def>) {
+        return checkParticleJoint<S, Def>(away);
+    }
     SCOPED_TRACE(std::string(Def::typeName) + ", away by " + std::to_string(away));
     TestRandom random(17);
     for (int trial = 0; trial < 40; ++trial) {
@@ -180,6 +280,9 @@ TYPED_TEST(Jacobians, OfJointsFarFromConsistency) {
 template <class S, class Def>
 void checkFresh() {
     SCOPED_TRACE(Def::typeName);
+    if constexpr (ParticleJoint<Def>) {
+        return checkParticleJoint<S, Def>(0);
+    }
     TestRandom random(5);
     BodyTable<S> bodies;
     const Posed a{random.vector(2), random.rotation()};
@@ -207,6 +310,27 @@ void checkAllFresh(std::index_sequence<I...>) {
 
 TYPED_TEST(Jacobians, FreshJointsAreObeyed) {
     checkAllFresh<TypeParam>(AllJoints());
+}
+
+TYPED_TEST(Jacobians, OfDistancesBetweenParticles) {
+    checkParticleJoint<TypeParam, DistanceDef>(0.02);
+    checkParticleJoint<TypeParam, DistanceDef>(1);
+}
+
+// A folded edge: the angle is exact for every fold up to just under pi, and a collapsed triangle pushes nothing.
+TYPED_TEST(Jacobians, BendMeasuresTheFold) {
+    using S = TypeParam;
+    for (const double fold : {-3.1, -1.5, -0.3, 0.0, 1e-3, 0.7, 2.0, 3.1}) {
+        const auto angle = dihedralAngle<S>({Vec3<S>(0, 0, 0), Vec3<S>(1, 0, 0), Vec3<S>(S(0.3), 1, 0),
+                                             Vec3d(0.6, -std::cos(fold), std::sin(fold)).cast<S>()});
+        EXPECT_NEAR(std::abs(static_cast<double>(angle.angle)), std::abs(fold), tolerance<S>());
+    }
+    const auto flat =
+        dihedralAngle<S>({Vec3<S>(0, 0, 0), Vec3<S>(1, 0, 0), Vec3<S>(S(0.5), 0, 0), Vec3<S>(S(0.5), -1, 0)});
+    EXPECT_FALSE(flat.exists);
+    for (const Vec3<S>& g : flat.gradient) {
+        EXPECT_EQ(g.norm(), 0);
+    }
 }
 
 // The motor drives the rate of what the limits bound.
@@ -271,6 +395,55 @@ TYPED_TEST(Jacobians, OfContacts) {
             basis.col(k) = rows[static_cast<std::size_t>(k)].b.template head<3>();
         }
         EXPECT_LE(static_cast<double>((basis.transpose() * basis - Mat3<S>::Identity()).norm()), 10 * tolerance<S>());
+    }
+}
+
+// A particle of radius r at the end of its arm: forces act at its centre, and nothing turns the pair.
+TYPED_TEST(Jacobians, OfContactsOfParticles) {
+    using S = TypeParam;
+    TestRandom random(37);
+    for (int trial = 0; trial < 40; ++trial) {
+        const bool first = trial % 2 == 0;  // whether the particle is a
+        const Posed body{random.vector(2), random.rotation()};
+        const Vec3d outward = random.direction();
+        const Vec3d onBody = random.vector(1);
+        const double r = 0.1;
+        const Vec3d n = body.rotation * outward;
+        const Posed particle{body * onBody + (r + random.uniform(-0.01, 0.01)) * n, Quatd::Identity()};
+        ContactGeometry<double> exact;
+        exact.onA = first ? Vec3d(-r * n) : onBody;
+        exact.onB = first ? onBody : Vec3d(-r * n);
+        exact.normal = first ? Vec3d(-outward) : outward;
+        (first ? exact.particleA : exact.particleB) = true;
+        (first ? exact.roundA : exact.roundB) = true;
+        const Posed a = first ? particle : body;
+        const Posed b = first ? body : particle;
+        exact.startStep(a, b);
+        ContactGeometry<S> contact;
+        contact.onA = exact.onA.template cast<S>();
+        contact.onB = exact.onB.template cast<S>();
+        contact.normal = exact.normal.template cast<S>();
+        contact.particleA = exact.particleA;
+        contact.particleB = exact.particleB;
+        contact.roundA = exact.roundA;
+        contact.roundB = exact.roundB;
+        contact.startStep(a.cast<S>(), b.cast<S>());
+        const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
+            RowBlock<T> block;
+            RowWriter<T> writer(rows, block);
+            if constexpr (std::is_same_v<T, S>) {
+                linearizeContact(contact, x, y, true, writer);
+            } else {
+                linearizeContact(exact, x, y, true, writer);
+            }
+        };
+        compareWithDifferences<S>(linearize, a, b, 20);
+        std::vector<Row<S>> rows;
+        linearize(a.cast<S>(), b.cast<S>(), rows);
+        expectInternal(rows, a, b, 20);
+        for (const Row<S>& row : rows) {
+            EXPECT_LE(static_cast<double>((first ? row.a : row.b).template tail<3>().norm()), tolerance<S>());
+        }
     }
 }
 

@@ -2,7 +2,6 @@
 #include "engine_kit.hpp"
 
 #include <cairn/engine/constraints/contact.hpp>
-#include <cairn/engine/motion.hpp>
 #include <cairn/engine/solvers/newton.hpp>
 
 #include <Eigen/Cholesky>
@@ -326,58 +325,6 @@ TEST(ContactNewtonTest, FrictionalAnswersObeyCoulombsLaw) {
                                     .coulomb);
     }
     expectBelow("distance from Coulomb's law, m/s", worst, 8e-5);
-}
-
-TYPED_TEST(SolverPieces, GyroscopicMidpointKeepsEnergyAndMomentum) {
-    using S = TypeParam;
-    TestRandom random(2);
-    const double roundOff = static_cast<double>(Eigen::NumTraits<S>::epsilon());
-    double energyError = 0;
-    double momentumError = 0;
-    for (int trial = 0; trial < 500; ++trial) {
-        const Mat3<S> R = random.rotation().cast<S>().toRotationMatrix();
-        const double a = random.uniform(0.1, 1);
-        const double b = random.uniform(0.1, 1);
-        const double c = random.uniform(std::abs(a - b), a + b);
-        const Mat3<S> inertia = R * Vec3d(a, b, c).cast<S>().asDiagonal() * R.transpose();
-        const double most = trial % 2 == 0 ? 20 : 300;  // rad/s
-        const Vec3<S> w1 = random.vector(most).cast<S>();
-        const Vec3<S> w2 = gyroscopicMidpoint<S>(inertia, w1, S(1) / S(60));
-        const double before = static_cast<double>(w1.dot(inertia * w1));
-        energyError = std::max(energyError, std::abs(static_cast<double>(w2.dot(inertia * w2)) / before - 1));
-        if (most == 20) {
-            const double l1 = static_cast<double>((inertia * w1).norm());
-            const double l2 = static_cast<double>((inertia * w2).norm());
-            momentumError = std::max(momentumError, std::abs(l2 / l1 - 1));
-        }
-    }
-    expectBelow("gyroscopic midpoint, energy / round-off", energyError / roundOff, 40);
-    expectBelow("gyroscopic midpoint, |L| / round-off", momentumError / roundOff, 40);
-}
-
-// Against Euler's equations integrated by Runge-Kutta at a step 100 times finer: second order.
-TEST(GyroscopicMidpointTest, IsOfSecondOrder) {
-    const Mat3d inertia = Vec3d(0.2, 0.5, 0.6).asDiagonal();
-    const Vec3d start(2, 3, -1);
-    const auto slope = [&](const Vec3d& w) { return Vec3d(inertia.inverse() * (inertia * w).cross(w)); };
-    Vec3d exact = start;
-    for (int i = 0; i < 10000; ++i) {
-        const double h = 1e-4;
-        const Vec3d k1 = slope(exact);
-        const Vec3d k2 = slope(exact + 0.5 * h * k1);
-        const Vec3d k3 = slope(exact + 0.5 * h * k2);
-        const Vec3d k4 = slope(exact + h * k3);
-        exact += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
-    }
-    const auto error = [&](int steps) {
-        Vec3d w = start;
-        for (int i = 0; i < steps; ++i) {
-            w = gyroscopicMidpoint<double>(inertia, w, 1.0 / steps);
-        }
-        return (w - exact).norm();
-    };
-    EXPECT_NEAR(std::log2(error(50) / error(100)), 2, 0.1);
-    expectBelow("gyroscopic midpoint, 1 s at 1/100 s, rad/s", error(100), 2e-3);
 }
 
 }  // namespace
