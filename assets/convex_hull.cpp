@@ -52,6 +52,11 @@ public:
         return std::string(text_, length_);
     }
 
+    double volume() {
+        qh_getarea(&qh_, qh_.facet_list);
+        return qh_.totvol;
+    }
+
     // The points used by faces, renumbered, with the faces as loops counter-clockwise seen from outside.
     Polyhedron polyhedron(const std::vector<Vec3d>& points) {
         qhT* qh = &qh_;  // the name that qhull's macros expect
@@ -245,6 +250,15 @@ Shape convexHull(const std::vector<Vec3d>& points, int maxVertices) {
         return shape;
     }
     return makeShape(simplified(shape.hull->vertices, size, most), size);
+}
+
+double convexHullVolume(const std::vector<Vec3d>& points) {
+    if (points.size() < 4) {
+        return 0;
+    }
+    Qhull qhull;
+    std::vector<Vec3d> copy = points;
+    return qhull.run(copy, "qhull Pp") ? qhull.volume() : 0;
 }
 
 }  // namespace cairn

@@ -10,5 +10,7 @@ namespace cairn {
 // inside the full hull. Throws InputError for fewer than four points, one that is not finite, or points all in one
 // plane.
 Shape convexHull(const std::vector<Vec3d>& points, int maxVertices = 0);
+// The volume of the convex hull, m3; 0 for fewer than four points or points all in one plane. Points must be finite.
+double convexHullVolume(const std::vector<Vec3d>& points);
 
 }  // namespace cairn

@@ -78,7 +78,11 @@ bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memor
             incidentOutline(other, -scratch.face.normal, scratch.incident);
             scratch.candidates.clear();
             clipToFace(scratch, 0, margin);
-            if (!scratch.candidates.empty()) {
+            // Apart, the nearest place may lie beside the face.
+            const double least = (takeB ? bestB : bestA) + slack + 0.02 * std::abs(bestFace);
+            if (!scratch.candidates.empty() &&
+                (bestFace <= 0 ||
+                 std::ranges::any_of(scratch.candidates, [&](const Candidate& c) { return c.separation <= least; }))) {
                 fillManifold(scratch, scratch.face.normal, takeB ? 1 : 0, out);
                 return true;
             }
