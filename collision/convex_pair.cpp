@@ -80,7 +80,7 @@ GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double 
     const double length = line.norm();
     attempt(length > 1e-9 * scale ? Vec3d(line / length) : Vec3d::UnitY());
     // A pair that touched before has not gone far since: its old normal is as good a start as MPR's, and one is enough.
-    const bool known = remembers && ways[0].depth < 0.05 * scale;
+    const bool known = remembers && ways[0].depth < 0.25 * scale;
     double byMpr = 1e300;
     if (!known) {
         Vec3d way;

@@ -108,8 +108,8 @@ bool nearOnTetrahedron(const Simplex& s, Near& best) {
 GjkAnswer gjk(const Convex& a, const Convex& b, const Vec3d& start, const Vec3d& shift, double bound) {
     // Below this distance, m, the difference of two supports is round-off and says nothing about a direction.
     constexpr double touching = 1e-7;
-    // Relative gap between the distance and its lower bound at which to stop: the normal is then good to about 1e-5.
-    constexpr double enough = 1e-10;
+    // Relative gap between the distance and its lower bound at which to stop: the normal is then good to about 1e-4.
+    constexpr double enough = 1e-8;
     GjkAnswer answer;
     Simplex s;
     int hintA = 0;
