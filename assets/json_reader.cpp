@@ -173,6 +173,9 @@ private:
     static void readValue(const json& value, const Place& place, double& out, const Rule& rule) {
         out = number(value, place, rule);
     }
+    static void readValue(const json& value, const Place& place, Height& out, const Rule& rule) {
+        out.value = value.is_null() ? std::numeric_limits<double>::quiet_NaN() : number(value, place, rule);
+    }
     static void readValue(const json& value, const Place& place, int& out, const Rule& rule) {
         integer(value, place, out, rule);
     }

@@ -14,6 +14,9 @@ using json = nlohmann::ordered_json;  // fields in the table's order
 json valueOf(double x) {
     return x;
 }
+json valueOf(const Height& x) {
+    return std::isnan(x.value) ? json(nullptr) : json(x.value);
+}
 json valueOf(int x) {
     return x;
 }
@@ -269,6 +272,7 @@ public:
     }
 
     static json schemaOf(double, const Rule& rule) { return numberSchema("number", rule); }
+    static json schemaOf(const Height&, const Rule&) { return {{"type", {"number", "null"}}}; }
     static json schemaOf(int, const Rule& rule) { return numberSchema("integer", rule); }
     static json schemaOf(std::uint32_t, const Rule& rule) { return numberSchema("integer", rule); }
     static json schemaOf(bool, const Rule&) { return {{"type", "boolean"}}; }

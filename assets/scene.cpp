@@ -71,11 +71,11 @@ std::vector<std::vector<double>> loadHeights(const std::filesystem::path& file, 
             }
             double x = 0;
             const auto [next, error] = std::from_chars(at, end, x);
-            if (error != std::errc() || !std::isfinite(x)) {
+            if (error != std::errc() || std::isinf(x)) {
                 throw InputError(
                     file.string() + ":" + std::to_string(lineNumber) + ":" + std::to_string(at - line.data() + 1),
                     quoted(std::string(at, std::min(at + 20, end))),
-                    "give a finite number; commas or blanks part them");
+                    "give a finite number, or nan for a hole; commas or blanks part them");
             }
             row.push_back(scale * x);
             at = next;
@@ -103,7 +103,9 @@ Shape fieldOf(const std::vector<std::vector<double>>& heights, double cellSize, 
         }
         all.insert(all.end(), heights[row].begin(), heights[row].end());
     }
-    return heightField(static_cast<int>(columns), static_cast<int>(rows), std::move(all), cellSize);
+    return locate(place, [&] {
+        return heightField(static_cast<int>(columns), static_cast<int>(rows), std::move(all), cellSize);
+    });
 }
 
 // A file's structs made into a Scene. Places in errors are JSON pointers into that file.
@@ -247,18 +249,17 @@ private:
     }
 
     Shape heightfield(const HeightfieldFields& s, const std::string& place) const {
-        std::vector<std::vector<double>> heights = s.heights;
+        std::vector<std::vector<double>> heights;
         if (!s.file.empty()) {
             heights = locate(place + "/file", [&] { return loadHeights(base_ / s.file, s.scale); });
-        } else {
-            for (std::vector<double>& row : heights) {
-                for (double& height : row) {
-                    height *= s.scale;
-                }
+        }
+        for (const std::vector<Height>& row : s.heights) {
+            heights.emplace_back();
+            for (const Height& height : row) {
+                heights.back().push_back(s.scale * height.value);
             }
         }
-        return locate(place,
-                      [&] { return fieldOf(heights, s.cellSize, place + (s.file.empty() ? "/heights" : "/file")); });
+        return fieldOf(heights, s.cellSize, place + (s.file.empty() ? "/heights" : "/file"));
     }
 
     static Shape halfspace(const HalfSpaceFields& s) {
@@ -458,8 +459,10 @@ ShapeFields fieldsOf(const Shape& shape) {
             const HeightField& field = *shape.field;
             s.heightfield = HeightfieldFields{.cellSize = field.cellSize()};
             for (int row = 0; row < field.rows(); ++row) {
-                const auto first = field.heights().begin() + static_cast<std::ptrdiff_t>(row) * field.columns();
-                s.heightfield->heights.emplace_back(first, first + field.columns());
+                s.heightfield->heights.emplace_back();
+                for (int column = 0; column < field.columns(); ++column) {
+                    s.heightfield->heights.back().push_back({field.height(column, row)});
+                }
             }
             break;
         }

@@ -45,10 +45,14 @@ struct MeshFields {
     std::vector<Vec3d> vertices = {};
     std::vector<std::array<int, 3>> triangles = {};
 };
+// m, or NaN for a hole, which a file writes as null.
+struct Height {
+    double value = 0;
+};
 struct HeightfieldFields {
     std::string file = {};
     double scale = 1;
-    std::vector<std::vector<double>> heights = {};
+    std::vector<std::vector<Height>> heights = {};
     double cellSize = 1;
 };
 struct HalfSpaceFields {
@@ -262,10 +266,11 @@ void describe(A& a, MeshFields& s) {
 
 template <class A>
 void describe(A& a, HeightfieldFields& s) {
-    a.field("file", s.file, {"text file: a line a row, numbers parted by commas or blanks"});
+    a.field("file", s.file, {"text file: a line a row, numbers parted by commas or blanks; nan is a hole"});
     a.field("scale", s.scale, {.text = "factor on the heights, to m", .least = 0, .above = true});
-    a.field("heights", s.heights,
-            {.text = "m, along y; rows run along +z, their numbers along +x, all centred", .fewest = 2});
+    a.field(
+        "heights", s.heights,
+        {.text = "m, along y, null for a hole; rows run along +z, their numbers along +x, all centred", .fewest = 2});
     a.field("cellSize", s.cellSize, {"m between neighbouring heights", minShapeSize()});
     a.oneOf({"file", "heights"});
 }

@@ -29,7 +29,7 @@ private:
     static bool hasType(const std::string& type, const json& value) {
         return (type == "object" && value.is_object()) || (type == "array" && value.is_array()) ||
                (type == "string" && value.is_string()) || (type == "boolean" && value.is_boolean()) ||
-               (type == "number" && value.is_number()) ||
+               (type == "number" && value.is_number()) || (type == "null" && value.is_null()) ||
                (type == "integer" && value.is_number() && std::floor(value.get<double>()) == value.get<double>());
     }
 

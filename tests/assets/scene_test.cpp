@@ -465,6 +465,17 @@ TEST(SceneFile, HeightfieldIsAGridSeenFromAbove) {
     }
 }
 
+TEST(SceneFile, HeightsMayHaveHoles) {
+    const Shape field = onlyShape(R"({"heightfield": {"heights": [[0, 1, null], [3, 4, 5]]}})");
+    EXPECT_EQ(surface(field).triangles.size(), 2U);  // those that the corner is not of
+    EXPECT_TRUE(std::isnan(field.field->height(2, 0)));
+    Scene scene;
+    scene.add({.type = BodyType::Static, .shapes = {field}});
+    const Shape again = parseScene(toJson(scene), {}, "again").bodies[0].shapes[0];
+    EXPECT_EQ(surface(again).vertices, surface(field).vertices);
+    EXPECT_TRUE(std::isnan(again.field->height(2, 0)));
+}
+
 TEST(SceneFile, BodiesMayBeNamedByTheirIndex) {
     const Scene scene = parseScene(R"({"cairn": 1,
         "bodies": [{"shapes": [{"sphere": {"radius": 1}}]}, {"shapes": [{"sphere": {"radius": 1}}]}],
