@@ -100,6 +100,8 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
         }
     }
 
+    // s, at which each body was last hit: what it hands on comes no earlier.
+    std::vector<S> hitAt(island.bodies.size(), S(0));
     // Rounds over the manifolds until none approaches; a chain of n bodies hands an impact on in n visits.
     const int rounds = 4 + static_cast<int>(groups.size());
     bool approaching = true;
@@ -124,6 +126,11 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
                 continue;
             }
             approaching = true;
+            S& hitA = hitAt[static_cast<std::size_t>(group.a)];
+            S& hitB = hitAt[static_cast<std::size_t>(group.b)];
+            time = std::max({time, hitA, hitB});
+            hitA = time;
+            hitB = time;
             SolverBody<S>& a = island.bodies[static_cast<std::size_t>(group.a)];
             SolverBody<S>& b = island.bodies[static_cast<std::size_t>(group.b)];
             const Vec6<S> beforeA = a.v;

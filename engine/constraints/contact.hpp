@@ -47,7 +47,11 @@ void linearizeContact(const ContactGeometry<S>& contact, const Pose<S>& a, const
     if (withFriction) {
         Vec3<S> t1;
         Vec3<S> t2;
-        completeBasis(n, t1, t2);
+        // In a's frame, where the normal stays while the body turns: across a normal that is asked anew the tangents
+        // must not jump, or the friction that is already there pulls sideways.
+        completeBasis(contact.normal, t1, t2);
+        t1 = a.rotation * t1;
+        t2 = a.rotation * t2;
         rows.point(t1, armA, armB, S(0)).isVelocity = true;
         rows.point(t2, armA, armB, S(0)).isVelocity = true;
     }

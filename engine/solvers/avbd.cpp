@@ -32,7 +32,7 @@ public:
             problem.v.push_back(body.v);
         }
         const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
-        BodyDescent<S> descent(island, problem, h, def.postStabilise ? S(0) : pushOut, true,
+        BodyDescent<S> descent(island, problem, h, def.postStabilise ? S(0) : pushOut, true, LoadRule::Carried,
                                static_cast<S>(def.penalty > 0 ? def.penalty : 2));
         for (std::size_t i = 0; i < problem.p.size(); ++i) {
             problem.p[i] = std::clamp(island.rows[i].lambda * h * static_cast<S>(def.warmStart), problem.terms[i].lo,

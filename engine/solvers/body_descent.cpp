@@ -12,7 +12,7 @@ namespace {
 // penalty of this mass over h^2 makes the augmented Lagrangian as fast at 1000 : 1 as at 1 : 1; one that is the same
 // for each row's own masses, or in newtons per metre, does not (facts/solvers 5.3).
 template <class S>
-std::vector<S> loadMasses(const Island<S>& island) {
+std::vector<S> loadMasses(const Island<S>& island, LoadRule rule) {
     S heaviest = 0;
     S pull = 0;  // m/s2
     for (const SolverBody<S>& body : island.bodies) {
@@ -21,6 +21,7 @@ std::vector<S> loadMasses(const Island<S>& island) {
             pull = std::max(pull, body.inverseMass * body.force.template head<3>().norm());
         }
     }
+    // A penalty that follows the force which follows the penalty swings for ever: where the force is all penalty, none.
     bool cold = true;
     std::map<std::pair<int, int>, S> force;
     for (const RowBlock<S>& block : island.blocks) {
@@ -39,7 +40,7 @@ std::vector<S> loadMasses(const Island<S>& island) {
             own = std::max(own, island.bodies[static_cast<std::size_t>(block.body(k))].mass);
         }
         const S carried = pull > S(0) ? force[{block.a, block.b}] / pull : S(0);
-        mass.push_back(cold ? heaviest : std::clamp(carried, own, S(1e3) * heaviest));
+        mass.push_back(cold || rule == LoadRule::Heaviest ? heaviest : std::clamp(carried, own, S(1e3) * heaviest));
     }
     return mass;
 }
@@ -48,7 +49,7 @@ std::vector<S> loadMasses(const Island<S>& island) {
 
 template <class S>
 BodyDescent<S>::BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness,
-                            S penalty)
+                            LoadRule rule, S penalty)
     : island_(island),
       problem_(problem),
       h_(h),
@@ -61,7 +62,7 @@ BodyDescent<S>::BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pu
     }
     centre.assign(island.rows.size(), S(0));
     delta.assign(island.rows.size(), S(0));
-    const std::vector<S> load = loadMasses(island);
+    const std::vector<S> load = loadMasses(island, rule);
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
         S inverse = 0;

@@ -13,11 +13,18 @@
 
 namespace cairn {
 
+// What mass a row's penalty goes by.
+enum class LoadRule {
+    Heaviest,  // of the island
+    Carried,   // what the row's two bodies carried in the last step
+};
+
 template <class S>
 class BodyDescent {
 public:
     // `penalty`: of h^2 rho of hard rows to the mass on the load path.
-    BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness, S penalty);
+    BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness, LoadRule rule,
+                S penalty);
 
     // One round: over the bodies in their order, and back. Multipliers that move after every one-way sweep blow up
     // where a body has several rows; after a symmetric one they do not, at any penalty (measured on a tower of ten

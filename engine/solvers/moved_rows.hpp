@@ -14,6 +14,9 @@ namespace cairn {
 // corners by less than is seen, which close again within one short sub-step, and so at centimetres a second.
 inline constexpr double slop = 1e-5;
 
+// Of the depth of a contact, that a solver without post-stabilisation pushes out in a sub-step.
+inline constexpr double contactShare = 0.2;
+
 template <class S>
 class MovedRows {
 public:
@@ -42,7 +45,9 @@ public:
                     if (equality) {
                         keep_[i] = row.C - std::clamp(row.C, -most, most);
                     } else if (row.C < S(0)) {
-                        keep_[i] = std::max(row.C, std::min(static_cast<S>(-slop), row.C + most));
+                        // A share of it, or the corners of a box throw it about.
+                        const S share = static_cast<S>(contactShare) * row.C;
+                        keep_[i] = std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(most, -share)));
                     }
                     problem.terms[i].bias -= keep_[i] / h;
                 }
@@ -208,6 +213,35 @@ private:
     std::vector<std::uint8_t> hard_;
     std::array<Vec6<S>, 4> moved_{Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero()};
 };
+
+// The velocity pass of solvers that push errors out by the velocities that move the bodies (seed 4.11, second variant;
+// Mueller 2020): at the new poses, contacts that were pushed apart lose that speed, and friction and motors are asked
+// again, within the impulses of `problem`, which it changes.
+template <class S>
+void velocityPass(Island<S>& island, RowProblem<S>& problem) {
+    constexpr int sweeps = 4;  // one leaves half of the speed in a four-point manifold
+    for (std::size_t i = 0; i < problem.v.size(); ++i) {
+        problem.v[i] = island.bodies[i].v;
+    }
+    for (const RowBlock<S>& block : island.blocks) {
+        const bool contact = block.kind == BlockKind::Contact;
+        MovedRows<S>::forRows(block, [&](std::size_t i) {
+            const bool normal = contact && static_cast<int>(i) == block.first;
+            RowTerms<S>& t = problem.terms[i];
+            t.softness = S(0);
+            t.bias = normal ? S(0) : t.bias;
+            if (normal ? problem.p[i] == S(0) : !island.rows[i].isVelocity) {
+                t.mobility = S(0);
+            }
+        });
+    }
+    for (int k = 0; k < sweeps; ++k) {
+        problem.sweep(island, S(1));
+    }
+    for (std::size_t i = 0; i < problem.v.size(); ++i) {
+        island.bodies[i].v = problem.v[i];
+    }
+}
 
 // Post-stabilisation: moves the poses, without touching velocities or lambda, to where hard rows are obeyed, by
 // non-linear Gauss-Seidel on positions. Errors go no faster than pushOut (m/s). Rows of `island` are left at the poses

@@ -556,7 +556,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
             report.residual = residual(island);
             if (report.residual <= options.tolerance) {
                 report.converged = true;
-                if (lifts == mostLifts || updateLift(island) <= options.liftTolerance) {
+                if (lifts >= options.mostLifts || updateLift(island) <= options.liftTolerance) {
                     return report;
                 }
                 settled = problem.p;

@@ -27,6 +27,7 @@ struct NewtonOptions {
     double liftTolerance = 0;        // m/s
     double stalled = 0;              // m/s, residual that is accepted where the rows contradict each other
     int maxRounds = 0;
+    int mostLifts = 8;    // corrections of the lift; what is left after them shows as hovering
     bool goesOn = false;  // the terms differ little from those of the last solve(): its answer is guess enough
 };
 
@@ -97,7 +98,6 @@ private:
     static constexpr int guessSweeps = 10;      // of Gauss-Seidel, from which a cold start takes its first active set
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
-    static constexpr int mostLifts = 8;  // corrections of the lift; what is left after them shows as hovering
     static constexpr double slowDecrease =
         0.25;  // of the residual from centre to centre, above which the grip tightens
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }

@@ -26,15 +26,19 @@ public:
             problem.v.push_back(body.v);
         }
         BodyDescent<S> descent(island, problem, h, static_cast<S>(settings_.maxPushOutSpeed), def.geometricStiffness,
-                               static_cast<S>(def.penalty > 0 ? def.penalty : 3));
+                               LoadRule::Heaviest, static_cast<S>(def.penalty > 0 ? def.penalty : 3));
         descent.startFromLastStep();
         for (int k = 0; k < iterations_; ++k) {
             descent.descend();
         }
         descent.respond();
         descent.moved().restore();
-        island.storeLambda();
         island.integrate(h);
+        velocityPass(island, problem);
+        for (std::size_t i = 0; i < problem.p.size(); ++i) {
+            island.rows[i].lambda = problem.p[i] / h;
+        }
+        island.storeLambda();
         SolveReport report;
         report.sweptSolves = 1;
         report.rows = static_cast<int>(island.rows.size());
