@@ -2,8 +2,8 @@
 // together (newton.hpp, the seed's 7.4 and 7.37 for a part of the island), all other impulses standing still:
 //     (p_c, v) <- argmin of the contact problem over the rows of c,   cluster after cluster.
 // A cluster's border bodies move with their full mass, so that momentum is kept at every visit and no penalty has to be
-// chosen for the border: block Gauss-Seidel on impulses, which converges for any clusters. SolverDef::clusterSize is the
-// dial: all bodies of the island in one cluster is `direct` without its joint correction, one body a cluster is
+// chosen for the border: block Gauss-Seidel on impulses, which converges for any clusters. SolverDef::clusterSize is
+// the dial: all bodies of the island in one cluster is `direct` without its joint correction, one body a cluster is
 // Gauss-Seidel with a body's contacts solved together.
 // Clusters grow along load paths: from the body that carries most to the neighbour it presses hardest, so that a column
 // under load lies within one. Cost: a factor of each cluster a Newton round; linear in the number of clusters.
@@ -60,7 +60,8 @@ std::vector<int> assignBodies(const Island<S>& island, const std::vector<S>& p, 
             cluster[static_cast<std::size_t>(next)] = clusters;
             border.erase(next);
             for (const auto& [body, force] : neighbours[static_cast<std::size_t>(next)]) {
-                if (!island.bodies[static_cast<std::size_t>(body)].fixed && cluster[static_cast<std::size_t>(body)] < 0) {
+                if (!island.bodies[static_cast<std::size_t>(body)].fixed &&
+                    cluster[static_cast<std::size_t>(body)] < 0) {
                     border[body] += force;
                 }
             }
