@@ -197,8 +197,9 @@ private:
         out = value.get<std::string>();
     }
 
-    static void readValue(const json& value, const Place& place, BodyType& out, const Rule&) {
-        out = static_cast<BodyType>(word(value, place, {bodyTypes.begin(), bodyTypes.end()}, "a body type"));
+    template <Worded E>
+    static void readValue(const json& value, const Place& place, E& out, const Rule&) {
+        out = static_cast<E>(word(value, place, {Words<E>::list.begin(), Words<E>::list.end()}, Words<E>::what));
     }
 
     static void readValue(const json& value, const Place& place, BodyRef& out, const Rule& rule) {
