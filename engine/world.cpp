@@ -813,8 +813,9 @@ std::vector<JointView> World<S>::jointViews() const {
         view.gap = error.gap;
         view.angle = error.angle;
         for (const Row<S>& row : rows) {
-            view.force += (row.lambda * row.b.template head<3>()).template cast<double>();
-            view.torque += (row.lambda * row.b.template tail<3>()).template cast<double>();
+            const Vec6<S> push = row.lambda * bodyGradient(row, block, 1);
+            view.force += push.template head<3>().template cast<double>();
+            view.torque += push.template tail<3>().template cast<double>();
         }
     }
     return views;
