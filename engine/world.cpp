@@ -338,6 +338,7 @@ struct World<S>::Impl {
                 b.pose = before[s.index];
                 b.v.setZero();
                 b.w.setZero();
+                b.acceleration.setZero();
                 forgetForces(s.index);
                 report.nonFinite.push_back(bodies.idAt(s.index));
             }
