@@ -197,8 +197,11 @@ private:
         out = value.get<std::string>();
     }
 
-    static void readValue(const json& value, const Place& place, BodyType& out, const Rule&) {
-        out = static_cast<BodyType>(word(value, place, {bodyTypes.begin(), bodyTypes.end()}, "a body type"));
+    template <class Enum>
+    requires std::is_enum_v<Enum>
+    static void readValue(const json& value, const Place& place, Enum& out, const Rule&) {
+        const auto& words = wordsOf<Enum>;
+        out = static_cast<Enum>(word(value, place, {words.begin(), words.end()}, "a word"));
     }
 
     static void readValue(const json& value, const Place& place, BodyRef& out, const Rule& rule) {

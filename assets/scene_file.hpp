@@ -139,7 +139,13 @@ struct SceneFile {
 };
 
 // The words of an enumeration or of a variant's alternatives, in order.
-inline constexpr std::array bodyTypes = {"static", "kinematic", "dynamic"};
+template <class Enum>
+inline constexpr std::array<const char*, 0> wordsOf = {};
+template <>
+inline constexpr std::array wordsOf<BodyType> = {"static", "kinematic", "dynamic"};
+template <>
+inline constexpr std::array wordsOf<GyroscopicRule> = {"none", "explicit", "restored_momentum", "midpoint",
+                                                       "runge_kutta"};
 inline constexpr auto jointTypes = []<std::size_t... I>(std::index_sequence<I...>) {
     return std::array{std::variant_alternative_t<I, JointDef>::typeName...};
 }
@@ -170,6 +176,8 @@ void describe(A& a, SolverDef& d) {
         {.text = "over-relaxation of a sweep, below 2; 0: the solver's default", .least = 0, .most = 2, .below = true});
     a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
     a.field("tolerance", d.tolerance, {"m/s: the direct solver ends below it; 0: the solver's default", 0});
+    a.field("gyroscopicInertia", d.gyroscopicInertia,
+            {"whether the solve meets a spinning body's resistance to being tipped; not for auto and direct"});
     a.field("directWork", d.directWork, {"most multiply-adds of one island's factor under auto; 0: the default", 0});
 }
 
@@ -186,6 +194,7 @@ void describe(A& a, WorldFields& w) {
     a.field("dt", w.dt, {.text = "s, length of a step, at most 1", .least = 0, .most = 1, .above = true});
     a.field("solver", w.def.solver, {"which solver, and its numbers"});
     a.field("sleep", w.def.sleep, {"when bodies stop being computed"});
+    a.field("gyroscopic", w.def.gyroscopic, {"how the spin of a body with unequal moments of inertia turns by itself"});
     a.field("threads", w.def.threads, {"worker threads; they never change the result", 1, 1024});
     a.field("contactMargin", w.def.contactMargin, {"m: gap at which contacts are looked for", 0});
     a.field("restitutionSpeed", w.def.restitutionSpeed, {"m/s: slower approaches do not bounce", 0});

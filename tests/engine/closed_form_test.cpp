@@ -178,7 +178,8 @@ TEST(ClosedForm, AsymmetricTopKeepsItsEnergy) {
         const SceneMotion before = motionOf(world);
         run(world, 20);
         const SceneMotion after = motionOf(world);
-        expectBelow(solver.name + ", energy of a top at 20 rad/s, relative", after.kinetic / before.kinetic - 1, 1.5e-11);
+        expectBelow(solver.name + ", energy of a top at 20 rad/s, relative", after.kinetic / before.kinetic - 1,
+                    1.5e-11);
         expectBelow(solver.name + ", its angular momentum, relative",
                     (after.angularMomentum - before.angularMomentum).norm() / before.angularMomentum.norm(), 8e-12);
     });
