@@ -44,7 +44,10 @@ void forEachSolver(Test test) {
 
 // Sub-steps a step that a solver takes by default.
 inline int substepsOf(const SolverDef& solver) {
-    return solver.name == "gauss_seidel" ? 8 : 1;
+    SolverSettings settings;
+    settings.def = solver;
+    Island<double> nothing;
+    return makeSolver<double>(settings)->substeps(nothing, 1.0 / 60);
 }
 
 inline Shape withMaterial(Shape shape, double friction, double restitution = 0) {
