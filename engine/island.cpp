@@ -71,6 +71,9 @@ void Island<S>::predict(S h) {
         if (body.fixed) {
             continue;
         }
+        if (body.gyroscopic != GyroscopicRule::None) {
+            body.refreshInertia();
+        }
         body.v += h * body.applyInverseMass(body.force);
         if (body.linearDecay > S(0)) {
             body.v.template head<3>() *= std::exp(-body.linearDecay * h);

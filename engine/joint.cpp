@@ -98,17 +98,16 @@ void holdParticles(Joint<S>& joint, const BodyTable<S>& bodies, const std::strin
     joint.frames.particles = a && b;
     const bool particleA = bodies[joint.a.index].def.particle;
     const bool particleB = bodies[joint.b.index].def.particle;
-    if (!particleA && !particleB) {
-        return;
-    }
-    std::vector<Row<S>> rows;
-    RowBlock<S> block;
-    joint.linearize(bodies[joint.a.index].pose, bodies[joint.b.index].pose, rows, block);
-    if (std::any_of(rows.begin(), rows.end(), [](const Row<S>& row) { return row.isAngular; })) {
-        throw InputError(
-            type,
-            "a joint that turns, on the particle \"" + bodies[(particleA ? joint.a : joint.b).index].def.name + "\"",
-            "particles do not turn: use a ball or a distance");
+    const bool holdsThem = std::visit(
+        []<class Def>(const Def&) {
+            return requires {
+                Def::holdsParticles;
+            };
+        },
+        joint.def);
+    if ((particleA || particleB) && !holdsThem) {
+        throw InputError(type, "on the particle \"" + bodies[(particleA ? joint.a : joint.b).index].def.name + "\"",
+                         "only a ball and a distance hold particles, which do not turn");
     }
     // A ball pushes both at b's point, in axes that a carries: exact where b is the particle.
     if (particleA && !particleB && std::holds_alternative<BallDef>(joint.def)) {

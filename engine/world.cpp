@@ -161,9 +161,14 @@ struct World<S>::Impl {
     }
 
     SolverSettings settings() const {
-        if (def.solver.gyroscopicInertia && (def.solver.name == "auto" || def.solver.name == "direct")) {
-            throw InputError("solver.gyroscopicInertia", "true with the solver \"" + def.solver.name + "\"",
-                             "leave it out, or use gauss_seidel: this solver needs a symmetric mass matrix");
+        if (def.solver.gyroscopicInertia) {
+            const std::array free = {"gauss_seidel", "jacobi", "nonlinear_gs", "xpbd"};
+            if (std::find(free.begin(), free.end(), def.solver.name) == free.end()) {
+                throw InputError(
+                    "solver.gyroscopicInertia", "true with the solver \"" + def.solver.name + "\"",
+                    "leave it out, or use gauss_seidel, jacobi, nonlinear_gs or xpbd: other solvers need a "
+                    "symmetric mass matrix");
+            }
         }
         SolverSettings s;
         s.def = def.solver;

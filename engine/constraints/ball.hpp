@@ -1,5 +1,7 @@
 #pragma once
-// Ball: C = p_b - p_a, three rows (seed 5.1, vector form; the scalar form |p_b - p_a| is singular where it is obeyed).
+// Ball: C = p_b - p_a, three rows: the vector form of the seed's point to point (5.1, 5.2). There a row pushes each
+// body at its own point, so that an iteration that leaves a gap changes the angular momentum; here both are pushed at
+// p_b, and it stands at every iteration. The scalar form |p_b - p_a| is a distance of length 0.
 #include <cairn/engine/constraints/joint_parts.hpp>
 
 namespace cairn {
@@ -12,6 +14,7 @@ struct BallDef {
     bool collide = false;  // whether a and b go on colliding with each other
 
     static constexpr const char* typeName = "ball";
+    static constexpr bool holdsParticles = true;
 };
 
 template <class A>

@@ -1,7 +1,11 @@
 #pragma once
 // Distance: C = |p_b - p_a| - L for a rod or a spring (one row); C = |d| - lower and C = upper - |d| for a rope (one
-// row a bound). Its gradient does not exist where the two points meet; there the row pushes along world y. Between two
-// particles, the edge of a cloth or of a soft body, the rows are particle rows and cost a third.
+// row a bound). Its gradient does not exist where the two points meet; there the row pushes along world y. L = 0 is the
+// scalar form of the seed's point to point (5.2 to 5.13): r_i and r_j are those of the present pose (erratum 28), and
+// the push runs through both points, so that angular momentum stands at every iteration. It is obeyed only where its
+// gradient does not exist: solvers that take J once a sub-step hold it to about h times the speed across; `ball` is the
+// form for them. Between two particles, the edge of a cloth or of a soft body, the rows are particle rows and cost a
+// third.
 #include <cairn/engine/constraints/joint_parts.hpp>
 
 namespace cairn {
@@ -18,6 +22,7 @@ struct DistanceDef {
     bool collide = false;  // whether a and b go on colliding with each other
 
     static constexpr const char* typeName = "distance";
+    static constexpr bool holdsParticles = true;
 };
 
 template <class A>

@@ -69,6 +69,7 @@ BodyDescent<S>::BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pu
         for (int n = 0; n < block.bodyCount(); ++n) {
             const std::size_t body = static_cast<std::size_t>(block.body(n));
             inverse += island.bodies[body].inverseMass;
+            free_ = free_ && !island.bodies[body].fixed;
             if (!island.bodies[body].fixed) {
                 blocksOf_[body].push_back(static_cast<std::uint32_t>(k));
             }
@@ -192,6 +193,48 @@ void BodyDescent<S>::sweep(bool backward) {
             solveBody(i);
         }
     }
+    if (free_) {
+        keepMomentum();
+    }
+}
+
+template <class S>
+void BodyDescent<S>::keepMomentum() {
+    S mass = 0;
+    Vec3<S> middle = Vec3<S>::Zero();
+    Vec3<S> linear = Vec3<S>::Zero();
+    const auto forEach = [&](const auto& visit) {
+        for (std::size_t i = 0; i < island_.bodies.size(); ++i) {
+            if (!island_.bodies[i].fixed) {
+                visit(i, island_.bodies[i], moved_.startPosition(i));
+            }
+        }
+    };
+    forEach([&](std::size_t i, const SolverBody<S>& body, const Vec3<S>& x) {
+        mass += body.mass;
+        middle += body.mass * x;
+        linear += body.mass * (problem_.v[i] - vStar_[i]).template head<3>();
+    });
+    middle /= mass;
+    Vec3<S> angular = Vec3<S>::Zero();
+    Mat3<S> inertia = Mat3<S>::Zero();
+    forEach([&](std::size_t i, const SolverBody<S>& body, const Vec3<S>& x) {
+        const Vec6<S> given = body.applyMass(problem_.v[i] - vStar_[i]);
+        const Vec3<S> arm = x - middle;
+        angular += arm.cross(Vec3<S>(given.template head<3>())) + given.template tail<3>();
+        inertia += body.inertia + body.mass * (arm.squaredNorm() * Mat3<S>::Identity() - arm * arm.transpose());
+    });
+    const Vec3<S> shift = linear / mass;
+    // One particle, or a line of them, has no inertia about its own axis, and no momentum there to put right.
+    inertia.diagonal().array() += Eigen::NumTraits<S>::epsilon() * inertia.trace() + std::numeric_limits<S>::min();
+    const Vec3<S> turn = inertia.ldlt().solve(angular);
+    forEach([&](std::size_t i, const SolverBody<S>& body, const Vec3<S>& x) {
+        problem_.v[i].template head<3>() -= shift + turn.cross(x - middle);
+        if (!body.particle) {
+            problem_.v[i].template tail<3>() -= turn;
+        }
+    });
+    follow();
 }
 
 template <class S>

@@ -6,6 +6,9 @@
 //     H dv = J^T p - M (v - v*),   H = M + sum of J^T J / (d + s) over the active rows + h^2 G,
 // with rows that dv itself opens or shuts taken in by a second and third look at the body's own rows: without it a body
 // that is hit moves as if nothing held it on the other side, and vbd gains energy in heaps without bound.
+// Each body is given its own due, so that a round keeps no momentum (7.3.2); in an island that nothing fixed holds, its
+// six rigid motions, which no row sees and which the rounds are slowest to find, are put right after each round, and
+// linear and angular momentum are kept.
 // G is the geometric stiffness on its diagonal (errata 12, 13). pc = 0: a stiff spring (vbd); pc moved to p after each
 // round of all bodies: an augmented Lagrangian (avbd).
 #include <cairn/engine/solvers/geometric_stiffness.hpp>
@@ -52,6 +55,7 @@ private:
         Vec6<S> J;
         S error;
     };
+    void keepMomentum();
     void respondBlock(std::size_t k, const S* errors);
     void respondBlock(std::size_t k);
     void solveBody(std::size_t i);
@@ -60,6 +64,7 @@ private:
     RowProblem<S>& problem_;
     S h_;
     bool geometric_;
+    bool free_ = true;  // no row holds the island to a fixed body
     MovedRows<S> moved_;
     std::vector<Vec6<S>> vStar_;
     std::vector<std::vector<std::uint32_t>> blocksOf_;  // of each body

@@ -65,6 +65,7 @@ public:
         }
     }
 
+    const Vec3<S>& startPosition(std::size_t body) const { return start_[body].pose.position; }
     bool hard(std::size_t row) const { return hard_[row]; }
 
     // The pose of body i after its velocity changed.

@@ -67,6 +67,7 @@ inline const SolverTraits& traitsOf(const SolverDef& solver) {
         {"direct",        1,      true,  true,   true,   2e-6,   5e-6,   1e-5, 1000},
         {"gauss_seidel",  8,      false, true,   true,   1.4e-3, 5e-6,   1e-3, 1},
         {"nncg",          4,      false, true,   true,   6e-4,   5e-6,   1e-5, 1},
+        {"cluster",       2,      false, true,   true,   6e-3,   5e-6,   1e-3, 1},
         {"jacobi",        8,      false, true,   true,   1.4e-3, 7e-6,   1e-4, 1},
         {"nonlinear_gs",  20,     false, true,   true,   8e-5,   5e-6,   6e-3, 1000},
         {"xpbd",          20,     false, true,   false,  3e-4,   2.2e-3, 2,    1},

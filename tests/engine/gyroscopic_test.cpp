@@ -291,7 +291,7 @@ TEST(GyroscopicInertia, ResistanceGrowsWithTheSquareOfTheTurn) {
 }
 
 TEST(GyroscopicInertia, IsRefusedWhereTheMatrixMustBeSymmetric) {
-    for (const char* name : {"auto", "direct"}) {
+    for (const char* name : {"auto", "direct", "nncg", "vbd", "avbd"}) {
         EXPECT_THROW(Worldd({.solver = {.name = name, .gyroscopicInertia = true}}), InputError);
         Worldd world({.solver = {.name = "gauss_seidel", .gyroscopicInertia = true}});
         EXPECT_THROW(world.setSolver({.name = name, .gyroscopicInertia = true}), InputError);

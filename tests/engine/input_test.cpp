@@ -215,7 +215,7 @@ void checkJointRefusals() {
     refused(".a", [&](Def& d) { d.a = BodyId(); });
     refused(".softness", [&](Def& d) { d.softness.compliance = -1; });
     refused(".softness", [&](Def& d) { d.softness.frequency = nan; });
-    refused(".softness", [&](Def& d) { d.softness.damping = 5; });
+    refused(".softness", [&](Def& d) { d.softness = {.damping = 5}; });
     refused(".softness", [&](Def& d) { d.softness = {.frequency = 1, .dampingRatio = -1}; });
     if constexpr (requires(Def d) { d.anchor; }) {
         refused(".anchor", [&](Def& d) { d.anchor.x() = nan; });
@@ -247,7 +247,9 @@ void checkJointRefusals() {
             d.motorTorque = 1;
             d.motorSpeed = nan;
         });
-        refused(".lower", [&](Def& d) { d.lower = -4; });
+        if constexpr (requires(Def d) { d.lower; }) {
+            refused(".lower", [&](Def& d) { d.lower = -4; });
+        }
     }
     if constexpr (requires(Def d) { d.motorForce; }) {
         refused(".motorForce", [&](Def& d) { d.motorForce = nan; });

@@ -1,0 +1,55 @@
+#pragma once
+// Spring and damper of the seed's 6.5.1, with k = 1 / compliance in N/m and c in N s/m, taken implicitly: lambda =
+// -k C - c dC/dt at the end of the sub-step (6.47 with the identity, the transposes and the factors that errata 8 and
+// 22 ask for). Scalar form, along the line: C = |p_b - p_a| - L. Vector form, of no rest length: C = p_b - p_a, three
+// rows in a's axes; it pulls alike in all directions and is regular where the points meet, where the scalar form has no
+// direction.
+#include <cairn/engine/constraints/joint_parts.hpp>
+
+namespace cairn {
+
+// Pulls and pushes between two points. Its softness is the spring itself.
+struct SpringDef {
+    BodyId a = {}, b = {};          // two different bodies, at least one of them dynamic
+    Vec3d anchorA = Vec3d::Zero();  // world, at the time of adding
+    Vec3d anchorB = Vec3d::Zero();  // world, at the time of adding
+    double restLength = -1;         // m; negative: the distance at the time of adding; 0: the vector form
+    Softness softness = {.compliance = 0.01};
+    bool collide = true;  // whether a and b go on colliding with each other
+
+    static constexpr const char* typeName = "spring";
+};
+
+template <class A>
+void describe(A& a, SpringDef& j) {
+    a.field("anchorA", j.anchorA, anchorRule);
+    a.field("anchorB", j.anchorB, anchorRule);
+    a.field("restLength", j.restLength,
+            {.text = "m; left out: the distance at time 0; 0: pulls alike in all directions",
+             .least = 0,
+             .fileOnly = true});
+}
+
+inline void validate(const SpringDef& j) {
+    if (j.softness.compliance == 0 && j.softness.frequency == 0) {
+        throw InputError("spring.softness", "rigid", "give a compliance (1 / k) or a frequency, or use a distance");
+    }
+}
+
+template <class S>
+void linearize(const SpringDef& def, const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
+               RowWriter<S>& rows) {
+    if (def.restLength == 0) {
+        pointRows(frames, a, b, rows);
+        return;
+    }
+    const Vec3<S> armA = a.rotation * frames.a.position;
+    const Vec3<S> armB = b.rotation * frames.b.position;
+    const Vec3<S> gap = b.position + armB - a.position - armA;
+    const S length = gap.norm();
+    const Vec3<S> n = length > Eigen::NumTraits<S>::dummy_precision() ? Vec3<S>(gap / length) : Vec3<S>::UnitY();
+    rows.point(n, armA, armB, length - (def.restLength < 0 ? frames.rest : static_cast<S>(def.restLength)));
+    rows.pointForce(1, armA, armB);
+}
+
+}  // namespace cairn
