@@ -2,6 +2,8 @@
 // rest and in what they press.
 #include "hand_made_island.hpp"
 
+#include <cairn/engine/solvers/moved_rows.hpp>
+
 #include <map>
 
 namespace cairn {
@@ -46,8 +48,9 @@ double spectralRadius(const Dense& G) {
     return G.eigenvalues().cwiseAbs().maxCoeff();
 }
 
-// The same of avbd on n unit masses in a row: bodies in order and back, each (1 + k links) dx = -(x - x*) - J^T (y + k
-// c), then y += k c, for a unit error in each place and each multiplier.
+// The same of avbd on n unit masses in a row that nothing holds: bodies in order and back, each
+// (1 + k links) dx = -(x - x*) - J^T (y + k c), and the momentum put right after each way; then y += k c; for a unit
+// error in each place and each multiplier.
 double avbdRate(Eigen::Index n, double k) {
     const Eigen::Index size = 2 * n - 1;
     Dense G(size, size);
@@ -71,9 +74,11 @@ double avbdRate(Eigen::Index n, double k) {
         for (Eigen::Index i = 0; i < n; ++i) {
             visit(i);
         }
+        x.array() -= x.mean();
         for (Eigen::Index i = n; i-- > 0;) {
             visit(i);
         }
+        x.array() -= x.mean();
         for (Eigen::Index i = 0; i + 1 < n; ++i) {
             y(i) += k * (x(i + 1) - x(i));
         }
@@ -118,7 +123,7 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
             return (velocitiesAfter(line.island, solver, iterations) - exact).norm() / exact.norm();
         };
         if (traitsOf(solver).exact) {
-            expectBelow(solver.name + ", velocities after a step, relative", errorAfter(0), 2.5e-7);
+            expectBelow(solver.name + ", velocities after a step, relative", errorAfter(0), 6e-7);
             return;
         }
         if (solver.name == "vbd") {
@@ -136,6 +141,11 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
                 return (v - exact).norm();
             };
             expectClose("vbd, order in the penalty", std::log2(gives(100) / gives(200)), 1, 0.1);
+            return;
+        }
+        if (solver.name == "cluster") {
+            // The row is one cluster, solved at once, to the tolerance of clusters.
+            expectBelow("cluster, velocities after a step, m/s", exact.norm() * errorAfter(2), 2e-4);
             return;
         }
         if (solver.name == "nncg") {
@@ -301,7 +311,8 @@ TEST(Agreement, OneStepAgreesToTheOrderOfTheRows) {
         forEachSolver([&](const SolverDef& solver) {
             const auto [coarse, fine] = errors[solver.name];
             const std::string what = std::string(scene.name) + ", " + solver.name + ", one step: ";
-            const bool linear = solver.name == "gauss_seidel" || solver.name == "nncg" || solver.name == "jacobi";
+            const bool linear = solver.name == "gauss_seidel" || solver.name == "nncg" || solver.name == "jacobi" ||
+                                solver.name == "cluster";
             if (traitsOf(solver).exact || (soft && linear)) {
                 expectBelow(what + "places, m", std::max(coarse, fine), 1e-9);
                 return;
@@ -362,7 +373,7 @@ SolverDef enough(const SolverDef& named) {
     } else if (named.name == "vbd") {
         solver.substeps = 8;
         solver.iterations = 20;
-        solver.penalty = 30;
+        solver.penalty = 100;
     }
     return solver;
 }
@@ -399,10 +410,12 @@ TEST(Agreement, ContactsComeToTheSameRest) {
             }
             const std::string what = std::string(name) + ", " + solver.name;
             // xpbd starts from nothing in every sub-step; what its sweeps leave pushes a box aside a little further
-            // each time. Friction of vbd is a penalty too: it lets what sticks creep. Neither comes to rest.
-            const bool creeps = solver.name == "xpbd" || (solver.name == "vbd" && std::string(name) == "slope");
-            expectBelow(what + ", off the place of `direct`, m", farthest(places, rest), creeps ? 0.012 : 1e-4);
-            expectBelow(what + ", speed left, m/s", fastest, creeps ? 8e-3 : 1e-8);
+            // each time. Friction of vbd is a penalty too: it lets what sticks creep. A cluster is solved to a tenth of
+            // a millimetre a second and no better. These do not come to rest.
+            const bool creeps = solver.name == "xpbd" || solver.name == "cluster" ||
+                                (solver.name == "vbd" && std::string(name) == "slope");
+            expectBelow(what + ", off the place of `direct`, m", farthest(places, rest), creeps ? 0.025 : 1e-4);
+            expectBelow(what + ", speed left, m/s", fastest, creeps ? 8e-3 : 1e-6);
             // A body on two others can lean on them with more friction or less: how a pyramid shares its load is not
             // given by balance, and every solver finds its own. What a level bears in all is.
             ASSERT_EQ(forces.size(), load.size());
@@ -414,7 +427,7 @@ TEST(Agreement, ContactsComeToTheSameRest) {
                 for (const auto& [level, force] : levels) {
                     const double rows = 3 - level;
                     expectClose(what + ", under level " + std::to_string(static_cast<int>(level)), force,
-                                0.5 * rows * (rows + 1) * standardGravity, 1e-6 * 60);
+                                0.5 * rows * (rows + 1) * standardGravity, solver.name == "cluster" ? 1e-3 : 6e-5);
                 }
                 return;
             }
@@ -427,12 +440,13 @@ TEST(Agreement, ContactsComeToTheSameRest) {
     }
 }
 
-// vbd's rows give way by their penalty: a contact of load N and penalty p sinks by h^2 g / p whatever the load (the
-// penalty is the load's mass over h^2), and by the slop that every one-sided row is left.
+// vbd's rows give way by their penalty, `penalty` times the heaviest mass over h^2: a contact of load N is opened by
+// s = N h^2 / (penalty m) in a sub-step, which is all of what lies under the slop and a fifth of a depth above it. What
+// sticks creeps by the same rule, faster by the arms of the corners.
 TEST(Agreement, VbdSinksAndCreepsAsItsPenaltySays) {
+    const double h = 1.0 / 480;
     for (const double penalty : {3.0, 10.0, 30.0}) {
         const SolverDef solver{.name = "vbd", .substeps = 8, .iterations = 30, .penalty = penalty};
-        const double h = 1.0 / 480;
         std::vector<BodyId> boxes;
         Worldd tower({.solver = solver, .sleep = {.enabled = false}});
         addFloor(tower);
@@ -440,16 +454,21 @@ TEST(Agreement, VbdSinksAndCreepsAsItsPenaltySays) {
             boxes.push_back(addBox(tower, Vec3d(0, 0.5 + i, 0)));
         }
         run(tower, 1.5);
+        double sink = 0;
         for (int i = 0; i < 3; ++i) {
-            const double sink = (i + 1) * (standardGravity * h * h / penalty + 1e-5);
+            const double opened = (3 - i) * standardGravity * h * h / penalty;
+            sink += std::max(opened / contactShare, std::min(opened + slop, slop / (1 - contactShare)));
             expectClose("penalty " + std::to_string(penalty) + ", box " + std::to_string(i) + " sinks, m",
-                        0.5 + i - position(tower, boxes[static_cast<std::size_t>(i)]).y(), sink, 0.02 * sink);
+                        0.5 + i - position(tower, boxes[static_cast<std::size_t>(i)]).y(), sink, 1e-3 * sink);
         }
         boxes.clear();
         Worldd slope = contactScene("slope", solver, boxes);
-        run(slope, 1.5);
-        std::printf("creep %g  h g sin/pen %g\n", velocity(slope, boxes[0]).x(),
-                    standardGravity * std::sin(0.4) * h / penalty);
+        run(slope, 0.5);
+        const double before = position(slope, boxes[0]).x();
+        run(slope, 1);
+        const double creep = position(slope, boxes[0]).x() - before;  // in 1 s
+        expectClose("penalty " + std::to_string(penalty) + ", creep on the slope over h g sin / penalty",
+                    creep / (standardGravity * std::sin(0.4) * h / penalty), 0.95, 0.35);
     }
 }
 

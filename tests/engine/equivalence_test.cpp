@@ -611,7 +611,7 @@ TEST(VertexBlockDescent, SolvesTheGeneralisedForceEquation) {
     for (const SolverBody<double>& body : island.bodies) {
         problem.v.push_back(body.v);
     }
-    BodyDescent<double> descent(island, problem, h, 1e9, false, 3);
+    BodyDescent<double> descent(island, problem, h, 1e9, false, LoadRule::Heaviest, 3);
     descent.descend();  // there and back: two visits of the only body
 
     Mat6<double> M = Mat6<double>::Zero();
@@ -665,7 +665,7 @@ TEST(AugmentedDescent, BodyInverseIsWoodburys) {
     for (const SolverBody<double>& body : island.bodies) {
         problem.v.push_back(body.v);
     }
-    BodyDescent<double> descent(island, problem, h, 1e9, false, 2);
+    BodyDescent<double> descent(island, problem, h, 1e9, false, LoadRule::Heaviest, 2);
     const double stiffness = 17;  // rho h^2, kg
     const Vec3d carried(0.3, -0.2, 0.5);
     for (std::size_t i = 0; i < 3; ++i) {
