@@ -1,6 +1,7 @@
 #pragma once
 // What the sub-commands share: each adds its options to the command line and gives back what to do.
 #include <CLI/CLI.hpp>
+#include <cairn/demos/command/table.hpp>
 #include <cairn/demos/demos.hpp>
 
 namespace cairn {
@@ -53,14 +54,6 @@ private:
     int lastPercent_ = -1;
     std::chrono::steady_clock::time_point start_;
 };
-
-// Rows of words in columns as wide as their widest word; the first row is the head. The first column and those whose
-// head ends in '<' (which is not printed) are flush left, others flush right.
-std::string table(const std::vector<std::vector<std::string>>& rows);
-
-std::string fixed(double x, int decimals);
-// Three significant digits, or a dash for nothing.
-std::string brief(const std::optional<double>& x);
 
 // To a file, or to standard output for "-". Throws InputError if the file cannot be written.
 void writeJson(const nlohmann::ordered_json& json, const std::string& file);

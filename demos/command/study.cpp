@@ -1,4 +1,5 @@
 // cairn study: measures the engine's own solvers and draws what it found.
+#include <cairn/demos/command/command.hpp>
 #include <cairn/demos/command/study.hpp>
 
 #include <cstdio>
@@ -17,6 +18,10 @@ struct NamedStudy {
 const std::vector<NamedStudy>& studies() {
     static const std::vector<NamedStudy> list = {
         {"convergence", "iterations on a chain of ten, by method and mass ratio", studyConvergence},
+        {"momentum", "what of linear and angular momentum each solver keeps", studyMomentum},
+        {"energy", "what of the energy each solver keeps", studyEnergy},
+        {"chain", "how far a hanging chain stretches, by sub-steps, iterations and options", studyChain},
+        {"stacks", "how far stacks move, and at what cost", studyStacks},
     };
     return list;
 }

@@ -20,7 +20,7 @@ std::string rate(const std::optional<double>& x) {
 }
 
 std::string massRatio(double ratio) {
-    return "R = " + brief(ratio);
+    return "R = " + fixed(ratio, 0);
 }
 
 StudyTable equalMasses(const ChainConvergence& chain) {
@@ -57,7 +57,7 @@ StudyTable rates(const ConvergenceStudy& study) {
     StudyTable out{.title = "Ends of R kg: iterations that divide the error by e",
                    .rows = {{"R, kg", "jacobi", "gauss_seidel", "sor, best", "its relaxation"}}};
     for (const ChainConvergence& chain : study.chains) {
-        out.rows.push_back({brief(chain.ratio), fixed(chain.method("jacobi").perFactorE(), 3),
+        out.rows.push_back({fixed(chain.ratio, 0), fixed(chain.method("jacobi").perFactorE(), 3),
                             fixed(chain.method("gauss_seidel").perFactorE(), 3),
                             fixed(chain.method("sor, best").perFactorE(), 3), fixed(chain.bestRelaxation, 5)});
     }
@@ -89,8 +89,8 @@ StudyTable avbdRates(const ConvergenceStudy& study) {
                    .rows = {{"R, kg", "k, one way", "k/ln", "k, there and back", "k/ln"}}};
     for (std::size_t i = 0; i < study.ratios.size(); ++i) {
         const auto perE = [](const BestPenalty& best) { return fixed(-1 / std::log(best.radius), 2); };
-        out.rows.push_back({brief(study.ratios[i]), brief(study.best[i].penalty), perE(study.best[i]),
-                            brief(study.bestSymmetric[i].penalty), perE(study.bestSymmetric[i])});
+        out.rows.push_back({fixed(study.ratios[i], 0), fixed(study.best[i].penalty, 1), perE(study.best[i]),
+                            fixed(study.bestSymmetric[i].penalty, 1), perE(study.bestSymmetric[i])});
     }
     return out;
 }

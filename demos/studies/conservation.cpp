@@ -16,7 +16,7 @@ Shape rough(Shape shape, double friction, double restitution = 0) {
 }
 
 Scene weightless(const std::string& name) {
-    Scene scene;
+    Scene scene = {};
     scene.name = name;
     scene.world.gravity = Vec3d::Zero();
     scene.world.sleep.enabled = false;
@@ -26,8 +26,9 @@ Scene weightless(const std::string& name) {
 
 // Two boxes of 1 and 3 kg side by side, the anchor of their joint between them.
 struct Pair {
-    Scene scene;
-    BodyId a, b;
+    Scene scene = {};
+    BodyId a = {};
+    BodyId b = {};
 };
 Pair pair(const std::string& name) {
     Pair p{.scene = weightless(name)};
@@ -119,10 +120,12 @@ struct Populated {
 // `energyScale`: J
 Defect between(const MotionSum& start, const MotionSum& now, double energyScale) {
     Defect d;
-    d.linear = (now.momentum - start.momentum).norm() / start.momentumSize;
-    d.angular = (now.angularMomentum - start.angularMomentum).norm() / start.angularSize;
+    // What is at rest at the start has no momentum to compare with.
+    const auto share = [](double change, double size) { return size > 0 ? change / size : 0; };
+    d.linear = share((now.momentum - start.momentum).norm(), start.momentumSize);
+    d.angular = share((now.angularMomentum - start.angularMomentum).norm(), start.angularSize);
     d.energy = (now.energy - start.energy) / energyScale;
-    d.finite = std::isfinite(d.linear) && std::isfinite(d.angular) && std::isfinite(d.energy);
+    d.finite = now.momentum.allFinite() && now.angularMomentum.allFinite() && std::isfinite(now.energy);
     return d;
 }
 

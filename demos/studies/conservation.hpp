@@ -12,8 +12,8 @@ namespace cairn {
 using Tell = std::function<void(double)>;  // of the share that is done
 
 struct FreeScene {
-    std::string name;
-    Scene scene;
+    std::string name = {};
+    Scene scene = {};
     // The last body is moved by this after its joints were made: a gap that they start with.
     Vec3d displaced = Vec3d::Zero();
     bool conservesEnergy = false;  // whether its motion, exactly followed, would
@@ -41,26 +41,26 @@ struct Defect {
 };
 
 struct IterationDefect {
-    std::string solver;
-    std::string scene;
+    std::string solver = {};
+    std::string scene = {};
     int iterations = 0;
-    Defect defect;  // after one step of one sub-step
+    Defect defect = {};  // after one step of one sub-step
 };
 struct RunDefect {
-    std::string solver;
-    std::string scene;
-    Defect worst;                  // of the run; energy: gain
-    double finalEnergy = 0;        // change at the end, as Defect::energy
-    double lost = 0;               // most that was lost, >= 0
-    std::vector<double> energies;  // change after each sample
-    double samplePeriod = 0;       // s
+    std::string solver = {};
+    std::string scene = {};
+    Defect worst = {};                  // of the run; energy: gain
+    double finalEnergy = 0;             // change at the end, as Defect::energy
+    double lost = 0;                    // most that was lost, >= 0
+    std::vector<double> energies = {};  // change after each sample
+    double samplePeriod = 0;            // s
 };
 
 struct ConservationStudy {
-    std::vector<std::string> solvers;
-    std::vector<std::string> scenes;
-    std::vector<IterationDefect> byIteration;
-    std::vector<RunDefect> byRun;
+    std::vector<std::string> solvers = {};
+    std::vector<std::string> scenes = {};
+    std::vector<IterationDefect> byIteration = {};
+    std::vector<RunDefect> byRun = {};
 
     const IterationDefect& at(const std::string& solver, const std::string& scene, int iterations) const;
     const RunDefect& run(const std::string& solver, const std::string& scene) const;

@@ -64,7 +64,7 @@ void count(MethodConvergence& method, int cap, const Step& step) {
 }
 
 // The same for a method whose iterations hang together: `run(n)` starts anew and gives what is left after n. Every n
-// is tried up to 64; beyond, the first is looked for as if what is left only fell.
+// is tried up to 100; beyond, the first is looked for as if what is left only fell, to 1 %.
 template <class Run>
 void countRuns(MethodConvergence& method, int cap, const Run& run) {
     std::map<int, Left> known;
@@ -75,7 +75,7 @@ void countRuns(MethodConvergence& method, int cap, const Run& run) {
         }
         return place->second;
     };
-    constexpr int linear = 64;
+    constexpr int linear = 100;
     method.history.push_back(1);
     bool all = false;
     for (int n = 1; n <= linear; ++n) {
@@ -96,7 +96,7 @@ void countRuns(MethodConvergence& method, int cap, const Run& run) {
                 low = std::max(low, n);
             }
         }
-        while (high - low > 1) {
+        while (high - low > std::max(1, high / 100)) {
             const int middle = (low + high) / 2;
             (left(middle).*which <= most ? high : low) = middle;
         }

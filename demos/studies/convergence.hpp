@@ -20,7 +20,7 @@ namespace cairn {
 inline constexpr std::array<double, 4> removedShares = {0.5, 0.9, 0.99, 0.999};  // a
 
 struct MethodConvergence {
-    std::string name;
+    std::string name = {};
     double relaxation = 1;  // of methods that have one
     double penalty = 0;     // kg, rho dt^2, of solvers over bodies
     // Spectral radius of an iteration, each where the method has one: the eigenvalues of what one iteration of the
@@ -56,7 +56,7 @@ ChainConvergence chainConvergence(int bodies, double ratio, int cap = 100000);
 // One iteration of the augmented Lagrangian over bodies: one sweep over the bodies, then the multipliers.
 // `penalty` of each row, kg: rho dt^2; it grows by `growth` (kg/m, beta dt^2) times |C| after every iteration.
 struct AvbdRule {
-    std::string name;
+    std::string name = {};
     std::vector<double> penalty = {};
     double growth = 0;
     double error = 1;        // m, of each row at the start
@@ -77,11 +77,11 @@ BestPenalty bestPenalty(const std::vector<double>& masses, bool symmetric = fals
 double chainJacobiRadius(const std::vector<double>& masses);
 
 struct AvbdRow {
-    AvbdRule rule;
-    std::vector<MethodConvergence> byRatio;  // as ConvergenceStudy::ratios
+    AvbdRule rule = {};
+    std::vector<MethodConvergence> byRatio = {};  // as ConvergenceStudy::ratios
 };
 struct LayoutRow {
-    std::string name;
+    std::string name = {};
     std::vector<double> perFactorE = {};      // Gauss-Seidel, R = 10, 100, 1000
     std::vector<double> perFactorEBest = {};  // with the best relaxation
 };
@@ -94,12 +94,12 @@ struct LengthRow {
 };
 
 struct ConvergenceStudy {
-    std::vector<double> ratios;  // R, kg
-    std::vector<ChainConvergence> chains;
-    std::vector<AvbdRow> avbd;
+    std::vector<double> ratios = {};  // R, kg
+    std::vector<ChainConvergence> chains = {};
+    std::vector<AvbdRow> avbd = {};
     std::vector<BestPenalty> best, bestSymmetric;  // by ratio
-    std::vector<LayoutRow> layouts;
-    std::vector<LengthRow> lengths;
+    std::vector<LayoutRow> layouts = {};
+    std::vector<LengthRow> lengths = {};
 };
 // `full`: counts up to the slowest method's end; otherwise to 100,000 iterations.
 ConvergenceStudy convergenceStudy(bool full, const Tell& tell = {});

@@ -145,6 +145,11 @@ public:
         return from_ + (to_ - from_) * (x - low_) / (high_ - low_);
     }
 
+    bool shows(double value) const {
+        const double x = log_ ? (value > 0 ? std::log10(value) : low_ - 1) : value;
+        return x >= low_ && x <= high_;
+    }
+
     // Values with a label, and those with a fine line alone.
     void ticks(std::vector<double>& labelled, std::vector<double>& fine) const {
         if (log_) {
@@ -224,8 +229,14 @@ std::string draw(const Panel& panel, const std::vector<std::string>& labels, dou
         out += "<polyline fill=\"none\" stroke-width=\"2\" stroke-linejoin=\"round\" stroke=\"" +
                std::string(look.colour) + "\"" +
                (series.kind == SeriesKind::Dashed ? " stroke-dasharray=\"5 4\"" : "") + " points=\"";
+        // Of points in a row beyond the panel, the first alone is drawn, at the edge.
+        bool beyond = false;
         for (const auto& point : series.points) {
-            out += number(x.at(point[0])) + "," + number(y.at(point[1])) + " ";
+            const bool inside = y.shows(point[1]) && x.shows(point[0]);
+            if (inside || !beyond) {
+                out += number(x.at(point[0])) + "," + number(y.at(point[1])) + " ";
+            }
+            beyond = !inside;
         }
         out += "\"/>\n";
     }

@@ -15,30 +15,31 @@ enum class SeriesKind {
 
 // Series of one label have one colour and one mark in every panel.
 struct Series {
-    std::string label;
-    std::vector<std::array<double, 2>> points;
+    std::string label = {};
+    std::vector<std::array<double, 2>> points = {};
     SeriesKind kind = SeriesKind::Line;
 };
 
-// Values beyond [least, most], and those that are not finite, are drawn at the edge; left out: as far as the values go.
+// Values beyond [least, most], and those that are not finite, are drawn at the edge, where a line ends; least and
+// most left out: as far as the values go.
 struct Axis {
-    std::string label;
+    std::string label = {};
     bool logarithmic = false;
     std::optional<double> least = {};
     std::optional<double> most = {};
 };
 
 struct Panel {
-    std::string title;
-    Axis x;
-    Axis y;
-    std::vector<Series> series;
+    std::string title = {};
+    Axis x = {};
+    Axis y = {};
+    std::vector<Series> series = {};
 };
 
 struct Figure {
-    std::string title;
-    std::string note;  // a line under the title
-    std::vector<Panel> panels;
+    std::string title = {};
+    std::string note = {};  // a line under the title
+    std::vector<Panel> panels = {};
     int columns = 1;
 };
 

@@ -212,4 +212,26 @@ TEST_F(Command, DemoMakesPicturesAndATable) {
     EXPECT_TRUE(std::filesystem::exists(folder / "arch_2.png"));
 }
 
+TEST_F(Command, StudyWritesTablesFiguresAndJson) {
+    const std::filesystem::path folder = scratch() / "figures";
+    const std::filesystem::path file = scratch() / "study.json";
+    const Outcome outcome = cairn("study convergence --out '" + folder.string() + "' --json '" + file.string() + "'");
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("gauss_seidel"), std::string::npos);
+    for (const char* const name : {"figure_2.svg", "error_by_iteration.svg", "mass_ratio.svg"}) {
+        EXPECT_TRUE(slurp(folder / name).starts_with("<svg ")) << name;
+    }
+    const nlohmann::json json = nlohmann::json::parse(slurp(file));
+    const nlohmann::json& sweep = json.at("chains").at(0).at("methods").at(1);
+    EXPECT_EQ(sweep.at("name"), "gauss_seidel");
+    EXPECT_EQ(sweep.at("error_iterations"), (nlohmann::json{8, 24, 47, 70}));
+    EXPECT_TRUE(json.at("broken").empty());
+}
+
+TEST_F(Command, StudyRefusesWhatItDoesNotKnow) {
+    expectUsageError("study convergense", "convergence");
+    expectUsageError("study", "study");
+    expectUsageError("study stacks --ful", "ful");
+}
+
 }  // namespace

@@ -1,0 +1,48 @@
+#include <cairn/demos/command/study.hpp>
+
+namespace cairn {
+
+StudyOutput studyStacks(bool full, const Tell& tell) {
+    const StackStudy study = stackStudy(full, tell);
+    StudyOutput out;
+    out.json = toJson(study);
+    const auto tableOf = [&](const std::string& title, const std::string& note, const auto& cell) {
+        StudyTable result{.title = title, .note = note, .rows = {{"solver"}}};
+        result.rows[0].insert(result.rows[0].end(), study.cases.begin(), study.cases.end());
+        for (const std::string& solver : study.solvers) {
+            std::vector<std::string> row = {solver};
+            for (const std::string& name : study.cases) {
+                row.push_back(cell(study.at(solver, name)));
+            }
+            result.rows.push_back(row);
+        }
+        return result;
+    };
+    out.tables = {tableOf("Stacks: worst displacement, mm",
+                          brief(study.seconds) + " s at each solver's defaults, nothing sleeps.",
+                          [](const StackEntry& e) {
+                              return !e.finite ? "non-finite" : e.fell() ? "falls" : brief(1e3 * e.displacement);
+                          }),
+                  tableOf("Stacks: ms a step, mean", "", [](const StackEntry& e) { return fixed(e.milliseconds, 3); })};
+    Figure figure{.title = "Stacks that should stand: worst displacement against cost",
+                  .note = brief(study.seconds) + " s at each solver's defaults, nothing sleeps; at the top: it fell",
+                  .columns = 3};
+    for (const std::string& name : study.cases) {
+        Panel panel{.title = name,
+                    .x = {.label = "ms a step", .logarithmic = true},
+                    .y = {.label = "worst displacement, m", .logarithmic = true, .least = 1e-10, .most = 1}};
+        for (const std::string& solver : study.solvers) {
+            const StackEntry& e = study.at(solver, name);
+            panel.series.push_back(
+                {.label = solver, .points = {{e.milliseconds, e.displacement}}, .kind = SeriesKind::Marks});
+            if (!e.finite) {
+                out.broken.push_back(solver + " on " + name + ": a body went non-finite");
+            }
+        }
+        figure.panels.push_back(panel);
+    }
+    out.figures = {{"stacks", figure}};
+    return out;
+}
+
+}  // namespace cairn

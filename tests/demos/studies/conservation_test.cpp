@@ -1,0 +1,93 @@
+// What the solvers conserve (the seed's 5.2, 7.3.2), and what hangs and stands, as the studies measure it.
+#include <cairn/demos/studies/studies.hpp>
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace cairn {
+namespace {
+
+const std::set<std::string> overBodies = {"vbd", "avbd", "cluster"};
+
+FreeScene sceneNamed(const std::string& name) {
+    for (const FreeScene& scene : momentumScenes()) {
+        if (scene.name.starts_with(name)) {
+            return scene;
+        }
+    }
+    throw InputError("scene", name, "not one of the study's");
+}
+
+Defect defectOf(const std::string& solver, const FreeScene& scene, int iterations) {
+    return stepDefect(scene, {.name = solver, .substeps = 1, .iterations = iterations});
+}
+
+// Solvers over rows push both bodies of a row by the same impulse: momentum is kept whatever the iterations.
+TEST(ConservationTest, RowsKeepLinearMomentumAtEveryIteration) {
+    for (const SolverInfo& info : solverList()) {
+        if (overBodies.contains(info.name)) {
+            continue;
+        }
+        for (const FreeScene& scene : momentumScenes()) {
+            for (const int n : {1, 2, 7, 64}) {
+                EXPECT_LE(defectOf(info.name, scene, n).linear, 1e-13)
+                    << info.name << ", " << scene.scene.name << ", " << n;
+            }
+        }
+    }
+}
+
+// Solvers over bodies only as far as they converged.
+TEST(ConservationTest, BodiesKeepMomentumAsFarAsTheyConverge) {
+    for (const char* const name : {"pair, ball", "chain"}) {
+        const FreeScene scene = sceneNamed(name);
+        const Defect one = defectOf("avbd", scene, 1);
+        const Defect many = defectOf("avbd", scene, 128);
+        EXPECT_GT(one.linear, 1e-4) << name;
+        EXPECT_LT(many.linear, 1e-3 * one.linear) << name;
+    }
+}
+
+TEST(ConservationTest, LinearSolversKeepAngularMomentumToo) {
+    for (const char* const solver : {"gauss_seidel", "jacobi", "nncg"}) {
+        for (const char* const name : {"pair, ball", "chain", "colliding"}) {
+            EXPECT_LE(defectOf(solver, sceneNamed(name), 3).angular, 1e-13) << solver << ", " << name;
+        }
+    }
+}
+
+TEST(HangingChainTest, DirectIsExactAtAnyRatio) {
+    const ChainOption direct{.name = "defaults", .solver = {.name = "direct"}};
+    for (const double ratio : {1.0, 1000.0}) {
+        for (const bool rigid : {false, true}) {
+            const ChainEntry entry = hangChain(direct, {1, 40}, ratio, rigid, 2);
+            EXPECT_LE(entry.worst, 1e-6) << ratio << rigid;
+            EXPECT_EQ(entry.diverged, "");
+        }
+    }
+}
+
+TEST(HangingChainTest, NothingDivergesWithoutAWarning) {
+    for (const ChainOption& option : chainOptions(false)) {
+        for (const ChainSetting& setting : {ChainSetting{1, 4}, ChainSetting{8, 1}}) {
+            const ChainEntry entry = hangChain(option, setting, 100, true, 1.5);
+            EXPECT_TRUE(entry.diverged.empty() || entry.warned())
+                << option.solver.name << ", " << option.name << ", " << setting.substeps << "x" << setting.iterations
+                << ": " << entry.diverged;
+        }
+    }
+}
+
+TEST(StackStudyTest, DirectStands) {
+    for (const StackCase& which : stackCases()) {
+        if (which.scene != "pyramid") {
+            const StackEntry entry = stackUp(which, "direct", 0.5);
+            EXPECT_LE(entry.displacement, 1e-4) << which.name;
+            EXPECT_GT(entry.milliseconds, 0);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace cairn
