@@ -144,6 +144,8 @@ inline constexpr std::array<const char*, 0> wordsOf = {};
 template <>
 inline constexpr std::array wordsOf<BodyType> = {"static", "kinematic", "dynamic"};
 template <>
+inline constexpr std::array wordsOf<RelaxationRule> = {"fixed", "optimal", "adaptive"};
+template <>
 inline constexpr std::array wordsOf<GyroscopicRule> = {"none", "explicit", "restored_momentum", "midpoint",
                                                        "runge_kutta"};
 inline constexpr auto jointTypes = []<std::size_t... I>(std::index_sequence<I...>) {
@@ -174,6 +176,17 @@ void describe(A& a, SolverDef& d) {
     a.field(
         "relaxation", d.relaxation,
         {.text = "over-relaxation of a sweep, below 2; 0: the solver's default", .least = 0, .most = 2, .below = true});
+    a.field("relaxationRule", d.relaxationRule, {"gauss_seidel: how sweeps are over-relaxed"});
+    a.field("massSplitting", d.massSplitting, {"jacobi: whether masses are split; without it may diverge"});
+    a.field("chebyshev", d.chebyshev, {"jacobi: whether it is accelerated where no bound opens or shuts"});
+    a.field("stiffness", d.stiffness,
+            {.text = "nonlinear_gs: share of an error that a sub-step removes", .least = 0, .most = 1, .above = true});
+    a.field("postStabilise", d.postStabilise, {"nonlinear_gs, avbd: errors are projected away and leave no speed"});
+    a.field("refreshRows", d.refreshRows, {"nonlinear_gs, xpbd: whether rows are taken anew at every visit"});
+    a.field("penalty", d.penalty, {"vbd, avbd: of hard rows, relative to the mass on the load path; 0: its own", 0});
+    a.field("geometricStiffness", d.geometricStiffness,
+            {"whether joints' forces resist turning: steadies taut chains"});
+    a.field("clusterSize", d.clusterSize, {"cluster: most bodies solved exactly together; 0: its own", 0, 1e6});
     a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
     a.field("tolerance", d.tolerance, {"m/s: the direct solver ends below it; 0: the solver's default", 0});
     a.field("gyroscopicInertia", d.gyroscopicInertia,

@@ -185,6 +185,17 @@ void expectSame(const Scene& a, const Scene& b) {
     EXPECT_EQ(a.world.solver.substeps, b.world.solver.substeps);
     EXPECT_EQ(a.world.solver.iterations, b.world.solver.iterations);
     expectBits(a.world.solver.relaxation, b.world.solver.relaxation, "relaxation");
+    EXPECT_EQ(a.world.solver.relaxationRule, b.world.solver.relaxationRule);
+    EXPECT_EQ(a.world.solver.massSplitting, b.world.solver.massSplitting);
+    EXPECT_EQ(a.world.solver.chebyshev, b.world.solver.chebyshev);
+    EXPECT_EQ(a.world.solver.postStabilise, b.world.solver.postStabilise);
+    EXPECT_EQ(a.world.solver.refreshRows, b.world.solver.refreshRows);
+    EXPECT_EQ(a.world.solver.geometricStiffness, b.world.solver.geometricStiffness);
+    EXPECT_EQ(a.world.solver.clusterSize, b.world.solver.clusterSize);
+    EXPECT_EQ(a.world.solver.gyroscopicInertia, b.world.solver.gyroscopicInertia);
+    EXPECT_EQ(a.world.gyroscopic, b.world.gyroscopic);
+    expectBits(a.world.solver.stiffness, b.world.solver.stiffness, "stiffness");
+    expectBits(a.world.solver.penalty, b.world.solver.penalty, "penalty");
     expectBits(a.world.solver.warmStart, b.world.solver.warmStart, "warmStart");
     expectBits(a.world.solver.tolerance, b.world.solver.tolerance, "tolerance");
     expectBits(a.world.solver.directWork, b.world.solver.directWork, "directWork");
@@ -235,7 +246,24 @@ Scene everyField() {
     scene.name = "every field";
     scene.description = "quotes \" and \\ and \n and ü";
     scene.world.gravity = chance.vector();
-    scene.world.solver = {"gauss_seidel", 3, 7, chance.number(), chance.number(), chance.number(), chance.number()};
+    scene.world.solver = {.name = "gauss_seidel",
+                          .substeps = 3,
+                          .iterations = 7,
+                          .relaxation = chance.number(),
+                          .relaxationRule = RelaxationRule::Adaptive,
+                          .massSplitting = false,
+                          .chebyshev = true,
+                          .stiffness = chance.number(),
+                          .postStabilise = false,
+                          .refreshRows = false,
+                          .penalty = chance.number(),
+                          .geometricStiffness = true,
+                          .clusterSize = 5,
+                          .warmStart = chance.number(),
+                          .tolerance = chance.number(),
+                          .directWork = chance.number(),
+                          .gyroscopicInertia = true};
+    scene.world.gyroscopic = GyroscopicRule::RungeKutta;
     scene.world.sleep = {false, chance.number(), chance.number()};
     scene.world.threads = 3;
     scene.world.contactMargin = chance.number();
