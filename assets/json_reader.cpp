@@ -197,11 +197,9 @@ private:
         out = value.get<std::string>();
     }
 
-    template <class Enum>
-    requires std::is_enum_v<Enum>
-    static void readValue(const json& value, const Place& place, Enum& out, const Rule&) {
-        const auto& words = wordsOf<Enum>;
-        out = static_cast<Enum>(word(value, place, {words.begin(), words.end()}, "a word"));
+    template <Worded E>
+    static void readValue(const json& value, const Place& place, E& out, const Rule&) {
+        out = static_cast<E>(word(value, place, {Words<E>::list.begin(), Words<E>::list.end()}, Words<E>::what));
     }
 
     static void readValue(const json& value, const Place& place, BodyRef& out, const Rule& rule) {

@@ -29,9 +29,9 @@ json valueOf(bool x) {
 json valueOf(const std::string& x) {
     return x;
 }
-template <class Enum>
-requires std::is_enum_v<Enum> json valueOf(Enum x) {
-    return wordsOf<Enum>[static_cast<std::size_t>(x)];
+template <Worded E>
+json valueOf(E x) {
+    return Words<E>::list[static_cast<std::size_t>(x)];
 }
 json valueOf(const BodyRef& x) {
     return x.index >= 0 ? json(x.index) : json(x.name);
@@ -278,9 +278,10 @@ public:
     static json schemaOf(std::uint32_t, const Rule& rule) { return numberSchema("integer", rule); }
     static json schemaOf(bool, const Rule&) { return {{"type", "boolean"}}; }
     static json schemaOf(const std::string&, const Rule&) { return {{"type", "string"}}; }
-    template <class Enum>
-    requires std::is_enum_v<Enum>
-    static json schemaOf(Enum, const Rule&) { return {{"enum", wordsOf<Enum>}}; }
+    template <Worded E>
+    static json schemaOf(E, const Rule&) {
+        return {{"enum", Words<E>::list}};
+    }
     static json schemaOf(const BodyRef&, const Rule&) { return {{"type", {"string", "integer"}}, {"minimum", 0}}; }
     static json schemaOf(const Vec3d&, const Rule& rule) { return listSchema(numberSchema("number", rule), 3, 3); }
     static json schemaOf(const Quatd&, const Rule& rule) { return listSchema(numberSchema("number", rule), 4, 4); }

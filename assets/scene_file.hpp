@@ -139,15 +139,27 @@ struct SceneFile {
 };
 
 // The words of an enumeration or of a variant's alternatives, in order.
-template <class Enum>
-inline constexpr std::array<const char*, 0> wordsOf = {};
+template <class E>
+struct Words;
 template <>
-inline constexpr std::array wordsOf<BodyType> = {"static", "kinematic", "dynamic"};
+struct Words<BodyType> {
+    static constexpr const char* what = "a body type";
+    static constexpr std::array list = {"static", "kinematic", "dynamic"};
+};
 template <>
-inline constexpr std::array wordsOf<RelaxationRule> = {"fixed", "optimal", "adaptive"};
+struct Words<RelaxationRule> {
+    static constexpr const char* what = "a relaxation rule";
+    static constexpr std::array list = {"fixed", "optimal", "adaptive"};
+};
 template <>
-inline constexpr std::array wordsOf<GyroscopicRule> = {"none", "explicit", "restored_momentum", "midpoint",
-                                                       "runge_kutta"};
+struct Words<GyroscopicRule> {
+    static constexpr const char* what = "a gyroscopic rule";
+    static constexpr std::array list = {"none", "explicit", "restored_momentum", "midpoint", "runge_kutta"};
+};
+template <class E>
+concept Worded = requires {
+    Words<E>::list;
+};
 inline constexpr auto jointTypes = []<std::size_t... I>(std::index_sequence<I...>) {
     return std::array{std::variant_alternative_t<I, JointDef>::typeName...};
 }
@@ -176,23 +188,27 @@ void describe(A& a, SolverDef& d) {
     a.field(
         "relaxation", d.relaxation,
         {.text = "over-relaxation of a sweep, below 2; 0: the solver's default", .least = 0, .most = 2, .below = true});
-    a.field("relaxationRule", d.relaxationRule, {"gauss_seidel: how sweeps are over-relaxed"});
-    a.field("massSplitting", d.massSplitting, {"jacobi: whether masses are split; without it may diverge"});
-    a.field("chebyshev", d.chebyshev, {"jacobi: whether it is accelerated where no bound opens or shuts"});
+    a.field("relaxationRule", d.relaxationRule,
+            {"gauss_seidel, of four sweeps or more: by `relaxation`, by a measured spectral radius, or as it goes"});
+    a.field("massSplitting", d.massSplitting, {"jacobi: without it the plain method, which may diverge"});
+    a.field("chebyshev", d.chebyshev, {"jacobi: accelerated where no bound opens or shuts"});
     a.field("stiffness", d.stiffness,
             {.text = "nonlinear_gs: share of an error that a sub-step removes", .least = 0, .most = 1, .above = true});
-    a.field("postStabilise", d.postStabilise, {"nonlinear_gs, avbd: errors are projected away and leave no speed"});
-    a.field("refreshRows", d.refreshRows, {"nonlinear_gs, xpbd: whether rows are taken anew at every visit"});
-    a.field("penalty", d.penalty, {"vbd, avbd: of hard rows, relative to the mass on the load path; 0: its own", 0});
-    a.field("geometricStiffness", d.geometricStiffness,
-            {"whether joints' forces resist turning: steadies taut chains"});
-    a.field("clusterSize", d.clusterSize, {"cluster: most bodies solved exactly together; 0: its own", 0, 1e6});
+    a.field("postStabilise", d.postStabilise,
+            {"nonlinear_gs, avbd: errors are projected away after the sub-step, and leave no speed"});
+    a.field("refreshRows", d.refreshRows, {"nonlinear_gs, xpbd: gradients are taken anew at every visit"});
+    a.field("penalty", d.penalty,
+            {"vbd, avbd: of hard rows, relative to the mass on the load path over h^2; 0: the solver's default", 0});
+    a.field("geometricStiffness", d.geometricStiffness, {"inertia grows by what joints' forces resist to turning"});
+    a.field("clusterSize", d.clusterSize, {"cluster: most bodies solved exactly together; 0: the default", 0, 1e6});
     a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
     a.field("tolerance", d.tolerance, {"m/s: the direct solver ends below it; 0: the solver's default", 0});
     a.field("gyroscopicInertia", d.gyroscopicInertia,
             {"whether the solve meets a spinning body's resistance to being tipped: gauss_seidel, jacobi, "
              "nonlinear_gs, xpbd"});
     a.field("directWork", d.directWork, {"most multiply-adds of one island's factor under auto; 0: the default", 0});
+    a.field("gyroscopicInertia", d.gyroscopicInertia,
+            {"whether the solve meets a spinning body's resistance to being tipped; not for auto and direct"});
 }
 
 template <class A>
@@ -208,7 +224,7 @@ void describe(A& a, WorldFields& w) {
     a.field("dt", w.dt, {.text = "s, length of a step, at most 1", .least = 0, .most = 1, .above = true});
     a.field("solver", w.def.solver, {"which solver, and its numbers"});
     a.field("sleep", w.def.sleep, {"when bodies stop being computed"});
-    a.field("gyroscopic", w.def.gyroscopic, {"how the spin of a body with unequal moments of inertia turns by itself"});
+    a.field("gyroscopic", w.def.gyroscopic, {"how the spin of a body with unequal moments of inertia turns"});
     a.field("threads", w.def.threads, {"worker threads; they never change the result", 1, 1024});
     a.field("contactMargin", w.def.contactMargin, {"m: gap at which contacts are looked for", 0});
     a.field("restitutionSpeed", w.def.restitutionSpeed, {"m/s: slower approaches do not bounce", 0});

@@ -12,7 +12,8 @@ struct Case {
     WorldDef def = {.sleep = {.enabled = false}};
     std::vector<BodyDef> bodies;
     std::vector<BallDef> balls;
-    int settle = 60;  // steps before the clock starts
+    std::vector<DistanceDef> rods;  // a and b: places in `bodies`
+    int settle = 60;                // steps before the clock starts
 
     void addFloor() { bodies.push_back({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}}); }
     void addBox(const Vec3d& position, double mass = 1) {
@@ -64,6 +65,42 @@ Case chain20() {
     return c;
 }
 
+// A net of 16 x 16 knots hung by its upper corners, of particles or of balls that turn, held by the same rods.
+Case net(bool particles) {
+    Case c;
+    constexpr int side = 16;
+    for (int i = 0; i < side * side; ++i) {
+        const bool corner = i == 0 || i == side - 1;
+        BodyDef knot{.shapes = {sphere(0.02)}, .position = 0.1 * Vec3d(i % side, 0, i / side), .filter = {.mask = 0}};
+        knot.type = corner ? BodyType::Static : BodyType::Dynamic;
+        knot.particle = particles && !corner;
+        knot.mass = corner ? 0 : 0.01;
+        c.bodies.push_back(knot);
+        const auto tie = [&](int other) {
+            const auto place = [](int k) { return BodyId{static_cast<std::uint32_t>(k), 0}; };
+            c.rods.push_back({.a = place(other),
+                              .b = place(i),
+                              .anchorA = c.bodies[static_cast<std::size_t>(other)].position,
+                              .anchorB = knot.position,
+                              .softness = {.compliance = 1e-4, .damping = 10},
+                              .collide = true});
+        };
+        if (i % side > 0) {
+            tie(i - 1);
+        }
+        if (i >= side) {
+            tie(i - side);
+        }
+    }
+    return c;
+}
+Case particleNet() {
+    return net(true);
+}
+Case ballNet() {
+    return net(false);
+}
+
 // 200 boxes, balls and capsules that fall onto a heap; measured while they fall and settle.
 Case pile200() {
     Case c;
@@ -111,6 +148,11 @@ void step(benchmark::State& state, Case (*make)(), const char* solver) {
         c.balls[i].b = ids[i + 1];
         world.add(c.balls[i]);
     }
+    for (DistanceDef rod : c.rods) {
+        rod.a = ids[rod.a.index];
+        rod.b = ids[rod.b.index];
+        world.add(rod);
+    }
     for (int i = 0; i < c.settle; ++i) {
         world.step(S(1.0 / 60));
     }
@@ -134,7 +176,8 @@ struct NamedCase {
 const bool registered = [] {
     for (const NamedCase scene :
          {NamedCase{"tower_30", tower30}, NamedCase{"pyramid_20", pyramid20}, NamedCase{"heavy_10000", heavy},
-          NamedCase{"chain_20_100", chain20}, NamedCase{"pile_200", pile200}}) {
+          NamedCase{"chain_20_100", chain20}, NamedCase{"pile_200", pile200},
+          NamedCase{"net_16_particles", particleNet}, NamedCase{"net_16_balls", ballNet}}) {
         for (const char* solver : {"auto", "direct", "gauss_seidel"}) {
             const std::string name = std::string("step/") + scene.name + "/" + solver;
             benchmark::RegisterBenchmark((name + "/double").c_str(), step<double>, scene.make, solver)

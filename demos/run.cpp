@@ -53,7 +53,7 @@ SceneRun::SceneRun(const Scene& scene, Precision precision)
     result_.precision = precision;
     result_.threads = scene.world.jobs ? scene.world.jobs->threadCount() : scene.world.threads;
     result_.dt = scene.dt;
-    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    for (std::size_t i = 0; i < simulation_->bodyCount(); ++i) {
         result_.mass += simulation_->mass(i);
     }
 }

@@ -29,8 +29,8 @@ Posef toFloat(const Posed& pose) {
 }
 
 // Each body's worst error, m: the deepest of its contacts or the widest of its joints.
-std::vector<double> worstErrors(const Simulation& simulation, std::size_t bodies) {
-    std::vector<double> worst(bodies, 0);
+std::vector<double> worstErrors(const Simulation& simulation) {
+    std::vector<double> worst(simulation.bodyCount(), 0);
     const auto keep = [&](BodyId id, double error) {
         double& known = worst[simulation.indexOf(id)];
         known = std::max(known, error);
@@ -111,7 +111,7 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
 
     std::vector<double> heat;
     if (overlay.heat) {
-        heat = worstErrors(simulation, scene.bodies.size());
+        heat = worstErrors(simulation);
     }
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const BodyDef& body = scene.bodies[i];
@@ -132,6 +132,23 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
             }
             drawing.instances.push_back({meshOf(shape), toFloat(placed), colour, drawScale(shape)});
         }
+    }
+
+    for (const MeshHandle mesh : surfaces_) {
+        renderer_.removeMesh(mesh);
+    }
+    surfaces_.clear();
+    for (std::size_t i = 0; i < simulation.deformableCount(); ++i) {
+        Colour colour = palette(scene.bodies.size() + i);
+        if (overlay.heat) {
+            const auto first = heat.begin() + static_cast<std::ptrdiff_t>(simulation.firstParticle(i));
+            const auto last = first + static_cast<std::ptrdiff_t>(simulation.particleCount(i));
+            colour = heatColour(static_cast<float>(*std::max_element(first, last) / overlay.heatScale));
+        }
+        // Folds are smooth, the edges of a box are not.
+        const float crease = static_cast<float>(std::numbers::pi / 3);
+        surfaces_.push_back(renderer_.addMesh(simulation.surface(i), crease));
+        drawing.instances.push_back({surfaces_.back(), Posef(), colour});
     }
 
     // Strings and rods have no body of their own: without a line they would not be seen.
@@ -160,6 +177,9 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
     if (overlay.joints) {
         const Colour blue{0.1f, 0.25f, 0.8f, 1};
         for (const JointView& joint : simulation.jointViews()) {
+            if (simulation.indexOf(joint.id) >= scene.joints.size()) {
+                continue;  // the inside of a deformable
+            }
             const Vec3d a = joint.frameA.position;
             const Vec3d b = joint.frameB.position;
             const Vec3d axis = 0.1 * (joint.frameA.rotation * Vec3d::UnitX());

@@ -31,7 +31,7 @@ public:
     // Throws std::runtime_error if there is no OpenGL.
     SceneDrawer() = default;
 
-    // The scene as it is now in the simulation, to be changed and rendered by renderer().
+    // The scene as it is now in the simulation, to be changed and rendered by renderer() before the next draw().
     DrawScene draw(const Simulation& simulation, const Scene& scene, const Overlay& overlay = {},
                    const PictureSize& size = {});
     // The finished picture, key included.
@@ -52,6 +52,7 @@ private:
 
     Renderer renderer_;
     std::map<Key, MeshHandle> meshes_;
+    std::vector<MeshHandle> surfaces_;  // of the deformables of the last drawing
 };
 
 }  // namespace cairn

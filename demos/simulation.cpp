@@ -8,27 +8,44 @@ template <class S>
 class WorldSimulation : public Simulation {
 public:
     explicit WorldSimulation(const Scene& scene) : world_(scene.world), placed_(populate(world_, scene)) {
-        for (std::size_t i = 0; i < placed_.bodies.size(); ++i) {
-            index_[placed_.bodies[i]] = i;
+        bodies_ = placed_.bodies;
+        std::vector<JointId> joints = placed_.joints;
+        for (const Deformable& deformable : placed_.deformables) {
+            first_.push_back(bodies_.size());
+            bodies_.insert(bodies_.end(), deformable.particles.begin(), deformable.particles.end());
+            joints.insert(joints.end(), deformable.joints.begin(), deformable.joints.end());
+            joints.insert(joints.end(), deformable.attachments.begin(), deformable.attachments.end());
         }
-        for (std::size_t i = 0; i < placed_.joints.size(); ++i) {
-            jointIndex_[placed_.joints[i]] = i;
+        for (std::size_t i = 0; i < bodies_.size(); ++i) {
+            index_[bodies_[i]] = i;
+        }
+        for (std::size_t i = 0; i < joints.size(); ++i) {
+            jointIndex_[joints[i]] = i;
         }
     }
 
     const StepReport& step(double dt) override { return world_.step(static_cast<S>(dt)); }
     const StepReport& report() const override { return world_.report(); }
-    Posed pose(std::size_t body) const override { return world_.pose(placed_.bodies[body]).template cast<double>(); }
+    Posed pose(std::size_t body) const override { return world_.pose(bodies_[body]).template cast<double>(); }
     Vec3d linearVelocity(std::size_t body) const override {
-        return world_.linearVelocity(placed_.bodies[body]).template cast<double>();
+        return world_.linearVelocity(bodies_[body]).template cast<double>();
     }
     Vec3d angularVelocity(std::size_t body) const override {
-        return world_.angularVelocity(placed_.bodies[body]).template cast<double>();
+        return world_.angularVelocity(bodies_[body]).template cast<double>();
     }
-    bool awake(std::size_t body) const override { return world_.awake(placed_.bodies[body]); }
-    double mass(std::size_t body) const override { return static_cast<double>(world_.mass(placed_.bodies[body])); }
+    bool awake(std::size_t body) const override { return world_.awake(bodies_[body]); }
+    double mass(std::size_t body) const override { return static_cast<double>(world_.mass(bodies_[body])); }
     void setPose(std::size_t body, const Posed& pose) override {
-        world_.setPose(placed_.bodies[body], pose.template cast<S>());
+        world_.setPose(bodies_[body], pose.template cast<S>());
+    }
+    std::size_t bodyCount() const override { return bodies_.size(); }
+    std::size_t deformableCount() const override { return placed_.deformables.size(); }
+    TriangleMesh surface(std::size_t deformable) const override {
+        return surfaceOf(world_, placed_.deformables[deformable]);
+    }
+    std::size_t firstParticle(std::size_t deformable) const override { return first_[deformable]; }
+    std::size_t particleCount(std::size_t deformable) const override {
+        return placed_.deformables[deformable].particles.size();
     }
     std::vector<ContactView> contacts() const override { return world_.contacts(); }
     std::vector<JointView> jointViews() const override { return world_.jointViews(); }
@@ -38,6 +55,8 @@ public:
 private:
     World<S> world_;
     PopulatedScene<S> placed_;
+    std::vector<BodyId> bodies_;      // particles included
+    std::vector<std::size_t> first_;  // particle of each deformable, in bodies_
     std::map<BodyId, std::size_t> index_;
     std::map<JointId, std::size_t> jointIndex_;
 };

@@ -14,7 +14,8 @@ public:
 
     virtual const StepReport& step(double dt) = 0;  // s
     virtual const StepReport& report() const = 0;   // of the last step
-    // `body` is an index into Scene::bodies.
+    // `body` is an index into Scene::bodies; after them come the particles of Scene::deformables, in order.
+    virtual std::size_t bodyCount() const = 0;  // particles included
     virtual Posed pose(std::size_t body) const = 0;
     virtual Vec3d linearVelocity(std::size_t body) const = 0;   // m/s, of the centre of mass
     virtual Vec3d angularVelocity(std::size_t body) const = 0;  // rad/s, world axes
@@ -23,7 +24,13 @@ public:
     virtual void setPose(std::size_t body, const Posed& pose) = 0;
     virtual std::vector<ContactView> contacts() const = 0;
     virtual std::vector<JointView> jointViews() const = 0;
-    // In Scene::bodies or Scene::joints, of an id found in contacts() or jointViews().
+    virtual std::size_t deformableCount() const = 0;
+    virtual TriangleMesh surface(std::size_t deformable) const = 0;  // world, closed
+    // The `body` of its first particle; the others follow.
+    virtual std::size_t firstParticle(std::size_t deformable) const = 0;
+    virtual std::size_t particleCount(std::size_t deformable) const = 0;
+    // Of an id found in contacts() or jointViews(): a body as above, or a place in Scene::joints; after these come the
+    // joints of Scene::deformables.
     virtual std::size_t indexOf(BodyId id) const = 0;
     virtual std::size_t indexOf(JointId id) const = 0;
 };

@@ -4,8 +4,14 @@
 #include <numbers>
 #include <set>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
 namespace cairn {
 namespace {
+
+using Vec4d = Eigen::Vector4d;
+using Mat4d = Eigen::Matrix4d;
 
 // Bodies and joints of a deformable; joints name particles by their place, generation 0.
 struct Parts {
@@ -183,7 +189,7 @@ Parts partsOf(const ClothDef& def) {
             throw InputError("cloth.mesh", "vertex " + std::to_string(i) + " without a triangle", "leave it out");
         }
         parts.particles.push_back(particle(def, static_cast<int>(i), mesh.vertices[i], def.mass * area[i] / total));
-        parts.skin.vertices.push_back({{static_cast<int>(i), 0, 0, 0}, {1, 0, 0, 0}});
+        parts.skin.vertices.push_back({{static_cast<int>(i), 1}});
     }
     parts.skin.triangles = mesh.triangles;
     parts.skin.thickness = 2 * def.radius;
@@ -393,7 +399,7 @@ TriangleMesh refined(TriangleMesh mesh, double longest) {
         return false;
     };
     // Eight rounds make 65,536 of one.
-    for (int round = 0; round < 8 && mesh.triangles.size() < 20000 && tooLong(); ++round) {
+    for (int round = 0; round < 8 && mesh.triangles.size() < 8000 && tooLong(); ++round) {
         std::map<std::pair<int, int>, int> middles;
         const auto middle = [&](int a, int b) {
             const auto [found, fresh] =
@@ -416,28 +422,37 @@ TriangleMesh refined(TriangleMesh mesh, double longest) {
     return mesh;
 }
 
-// Each vertex of the surface in the tetrahedron that it is least outside of.
-Skin skinOf(const TriangleMesh& surface, const Tetrahedra& body) {
+// The surface's vertices as sums of the particles around them by moving least squares: it follows every affine motion
+// exactly and is smooth between, whatever the tetrahedra. `spacing` (m): of the particles.
+Skin skinOf(const TriangleMesh& surface, const std::vector<Vec3d>& particles, double spacing) {
     Skin skin;
     skin.triangles = surface.triangles;
     for (const Vec3d& x : surface.vertices) {
-        Skin::Vertex best;
-        double least = std::numeric_limits<double>::infinity();
-        for (const std::array<int, 4>& cell : body.cells) {
-            const Vec3d& o = body.vertices[static_cast<std::size_t>(cell[0])];
-            Mat3d sides;
-            for (int k = 0; k < 3; ++k) {
-                sides.col(k) = body.vertices[static_cast<std::size_t>(cell[static_cast<std::size_t>(k + 1)])] - o;
+        std::vector<Skin::Weight> weights;
+        // Wide enough for particles on all sides; from the second ring on they span space.
+        for (double reach = 2.2 * spacing; weights.empty(); reach *= 1.5) {
+            Mat4d moments = Mat4d::Zero();
+            std::vector<std::pair<int, Vec4d>> near;
+            for (std::size_t i = 0; i < particles.size(); ++i) {
+                const Vec3d d = (particles[i] - x) / reach;
+                const double share = 1 - d.squaredNorm();
+                if (share > 0) {
+                    const Vec4d basis(1, d.x(), d.y(), d.z());
+                    moments += share * share * basis * basis.transpose();
+                    near.emplace_back(static_cast<int>(i), share * share * basis);
+                }
             }
-            const Vec3d w = sides.inverse() * (x - o);
-            const std::array<double, 4> weight = {1 - w.sum(), w(0), w(1), w(2)};
-            const double outside = -*std::min_element(weight.begin(), weight.end());
-            if (outside < least) {
-                least = outside;
-                best = {cell, weight};
+            const Eigen::SelfAdjointEigenSolver<Mat4d> spread(moments);
+            const bool spans = spread.eigenvalues()(0) > 1e-3 * spread.eigenvalues()(3);
+            if (spans || near.size() == particles.size()) {
+                // Particles in one plane cannot say what lies beside it: there the least solution stands in.
+                const Vec4d atX = moments.completeOrthogonalDecomposition().solve(Vec4d(1, 0, 0, 0));
+                for (const auto& [i, basis] : near) {
+                    weights.push_back({i, basis.dot(atX)});
+                }
             }
         }
-        skin.vertices.push_back(best);
+        skin.vertices.push_back(std::move(weights));
     }
     return skin;
 }
@@ -513,7 +528,7 @@ Parts partsOf(const SoftBodyDef& def) {
                           .softness = spring(def.bulkModulus * volume / (side * side), def.damping)});
         }
     }
-    parts.skin = skinOf(refined(def.surface, def.cell), body);
+    parts.skin = skinOf(refined(def.surface, 0.5 * def.cell), body.vertices, def.cell);
     return parts;
 }
 
@@ -677,10 +692,10 @@ TriangleMesh surfaceOf(const World<S>& world, const Deformable& deformable) {
         return tube(at, 0.5 * skin.thickness);
     }
     TriangleMesh mesh;
-    for (const Skin::Vertex& v : skin.vertices) {
+    for (const std::vector<Skin::Weight>& weights : skin.vertices) {
         Vec3d x = Vec3d::Zero();
-        for (std::size_t k = 0; k < 4; ++k) {
-            x += v.weight[k] * at[static_cast<std::size_t>(v.particle[k])];
+        for (const Skin::Weight& w : weights) {
+            x += w.weight * at[static_cast<std::size_t>(w.particle)];
         }
         mesh.vertices.push_back(x);
     }

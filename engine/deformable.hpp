@@ -72,12 +72,11 @@ using DeformableDef = std::variant<RopeDef, ClothDef, SoftBodyDef>;
 
 // A surface that follows particles.
 struct Skin {
-    // A point: the weighted sum of up to four particles (places in Deformable::particles; weights sum to 1).
-    struct Vertex {
-        std::array<int, 4> particle = {0, 0, 0, 0};
-        std::array<double, 4> weight = {1, 0, 0, 0};
+    struct Weight {
+        int particle = 0;  // place in Deformable::particles
+        double weight = 1;
     };
-    std::vector<Vertex> vertices;
+    std::vector<std::vector<Weight>> vertices;  // each the weighted sum of particles; its weights sum to 1
     std::vector<std::array<int, 3>> triangles;  // none: a tube about the particles in their order
     double thickness = 0;                       // m, of a tube or of an open sheet; 0: a closed surface
 };

@@ -121,6 +121,7 @@ struct Island {
     bool isLast = false;             // whether this sub-step is the last of its step
     bool mayRefuse = false;          // whether this sub-step may be refused
     bool mayRestart = false;         // auto: whether the whole step may begin anew
+    bool churns = false;             // auto: its contacts are expected to open and shut
     bool sweeps = false;             // auto: this step belongs to sweeps
     bool mayHalveOnFailure = false;  // auto: an unsolved contact problem is worth shorter sub-steps
     int roundCap = 0;  // auto: the most Newton rounds that this island's bound pays for; 0: no cap but the solver's own

@@ -343,6 +343,7 @@ struct World<S>::Impl {
                 b.pose = before[s.index];
                 b.v.setZero();
                 b.w.setZero();
+                b.acceleration.setZero();
                 forgetForces(s.index);
                 report.nonFinite.push_back(bodies.idAt(s.index));
             }
@@ -818,8 +819,9 @@ std::vector<JointView> World<S>::jointViews() const {
         view.gap = error.gap;
         view.angle = error.angle;
         for (const Row<S>& row : rows) {
-            view.force += (row.lambda * row.b.template head<3>()).template cast<double>();
-            view.torque += (row.lambda * row.b.template tail<3>()).template cast<double>();
+            const Vec6<S> push = row.lambda * bodyGradient(row, block, 1);
+            view.force += push.template head<3>().template cast<double>();
+            view.torque += push.template tail<3>().template cast<double>();
         }
     }
     return views;

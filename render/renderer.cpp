@@ -19,8 +19,7 @@ namespace {
 constexpr int shadowSize = 2048;
 constexpr int samples = 4;
 constexpr int largestPicture = 8192;
-constexpr float hiddenOpacity = 0.4f;            // of lines and points behind bodies
-constexpr double creaseCosine = 0.866025403784;  // 30 degrees
+constexpr float hiddenOpacity = 0.4f;  // of lines and points behind bodies
 
 using Mat4f = Eigen::Matrix4f;
 using Vec4f = Eigen::Vector4f;
@@ -102,7 +101,8 @@ struct SmoothMesh {
 
 // Each corner's normal is the mean of the triangles that meet there within the crease angle, weighted by their angle at
 // the corner, so that how a face was cut into triangles does not show.
-SmoothMesh withNormals(const TriangleMesh& mesh) {
+SmoothMesh withNormals(const TriangleMesh& mesh, double crease) {
+    const double creaseCosine = std::cos(crease);
     // Vertices at one place count as one, however often the file repeats them.
     std::vector<int> order(mesh.vertices.size());
     for (std::size_t i = 0; i < order.size(); ++i) {
@@ -258,7 +258,7 @@ class Renderer::Impl {
 public:
     Impl();
 
-    MeshHandle addMesh(const TriangleMesh& mesh);
+    MeshHandle addMesh(const TriangleMesh& mesh, float crease);
     void removeMesh(MeshHandle mesh);
     Image render(const DrawScene& scene);
 
@@ -416,7 +416,10 @@ GLuint Renderer::Impl::texture(GLint internalFormat, int width, int height, GLen
     return name;
 }
 
-MeshHandle Renderer::Impl::addMesh(const TriangleMesh& mesh) {
+MeshHandle Renderer::Impl::addMesh(const TriangleMesh& mesh, float crease) {
+    if (!std::isfinite(crease)) {
+        throw InputError("crease", std::to_string(crease), "give an angle in rad");
+    }
     if (mesh.triangles.empty() || mesh.vertices.empty()) {
         throw InputError("mesh", "empty", "give at least one triangle");
     }
@@ -436,7 +439,7 @@ MeshHandle Renderer::Impl::addMesh(const TriangleMesh& mesh) {
             }
         }
     }
-    const SmoothMesh smooth = withNormals(mesh);
+    const SmoothMesh smooth = withNormals(mesh, static_cast<double>(crease));
 
     const Use use(context_);
     GpuMesh out;
@@ -951,8 +954,8 @@ Renderer::Renderer() : impl_(std::make_unique<Impl>()) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
-MeshHandle Renderer::addMesh(const TriangleMesh& mesh) {
-    return impl_->addMesh(mesh);
+MeshHandle Renderer::addMesh(const TriangleMesh& mesh, float crease) {
+    return impl_->addMesh(mesh, crease);
 }
 void Renderer::removeMesh(MeshHandle mesh) {
     impl_->removeMesh(mesh);

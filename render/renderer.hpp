@@ -16,9 +16,9 @@ public:
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
 
-    // Copies the mesh. Edges sharper than 30 degrees are drawn hard, others smooth. InputError if the mesh is empty, an
-    // index is out of range or a vertex is not finite.
-    MeshHandle addMesh(const TriangleMesh& mesh);
+    // Copies the mesh. Edges sharper than `crease` (rad; default 30 degrees) are drawn hard, others smooth. InputError
+    // if the mesh is empty, an index is out of range or a number is not finite.
+    MeshHandle addMesh(const TriangleMesh& mesh, float crease = 0.5235988f);
     void removeMesh(MeshHandle mesh);
 
     // InputError naming the field if anything in the scene is not finite, out of its range, or refers to no mesh of

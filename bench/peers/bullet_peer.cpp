@@ -62,7 +62,13 @@ public:
         world_.setGravity(toBullet(scene.world.gravity));
         world_.getSolverInfo().m_numIterations = iterations;
         world_.getPairCache()->setOverlapFilterCallback(&filter_);
+        if (!scene.deformables.empty()) {
+            noCounterpart("a deformable");
+        }
         for (const BodyDef& body : scene.bodies) {
+            if (body.particle) {
+                noCounterpart("a particle");
+            }
             addBody(body, scene.world.gravity);
         }
         for (const SceneJoint& joint : scene.joints) {
@@ -328,7 +334,10 @@ private:
                        static_cast<btScalar>(std::min(twist, pi)));
         add(std::move(cone), def.collide);
     }
-    void addJoint(const Scene&, const DistanceDef&) { noCounterpart("a distance joint"); }
+    template <class Def>
+    void addJoint(const Scene&, const Def&) {
+        noCounterpart(std::string("a joint ") + Def::typeName);
+    }
 
     btDefaultCollisionConfiguration configuration_;
     btCollisionDispatcher dispatcher_{&configuration_};

@@ -33,9 +33,11 @@ ErrorMeter::ErrorMeter(const Scene& scene) : scene_(scene) {
                     const double length = (def.anchorB - def.anchorA).norm();
                     anchors.lower = def.lower < 0 ? length : def.lower;
                     anchors.upper = def.upper < 0 ? length : def.upper;
-                } else {
+                } else if constexpr (requires { def.anchor; }) {
                     anchors.onA = toA * def.anchor;
                     anchors.onB = toB * def.anchor;
+                } else {
+                    return;
                 }
                 if constexpr (requires { def.motorForce; }) {
                     anchors.axis = toA.rotation * def.axis.normalized();

@@ -28,6 +28,9 @@ BuiltinScene spinScene();
 BuiltinScene slideScene();
 BuiltinScene struckTowerScene();
 BuiltinScene meshScene();
+BuiltinScene ropeScene();
+BuiltinScene clothScene();
+BuiltinScene jellyScene();
 
 namespace {
 
@@ -67,10 +70,10 @@ std::string rangeInWords(const SceneParameter& parameter) {
 
 const std::vector<BuiltinScene>& builtinScenes() {
     static const std::vector<BuiltinScene> scenes = {
-        towerScene(),       pyramidScene(), wallScene(),  cardHouseScene(),   dominoScene(),
-        archScene(),        heavyScene(),   chainScene(), bridgeScene(),      ragdollScene(),
-        ragdollPileScene(), pileScene(),    topsScene(),  slopeScene(),       bounceScene(),
-        cradleScene(),      spinScene(),    slideScene(), struckTowerScene(), meshScene(),
+        towerScene(),       pyramidScene(), wallScene(),   cardHouseScene(), dominoScene(),      archScene(),
+        heavyScene(),       chainScene(),   bridgeScene(), ragdollScene(),   ragdollPileScene(), pileScene(),
+        topsScene(),        slopeScene(),   bounceScene(), cradleScene(),    spinScene(),        slideScene(),
+        struckTowerScene(), meshScene(),    ropeScene(),   clothScene(),     jellyScene(),
     };
     return scenes;
 }

@@ -21,7 +21,8 @@ struct ContactGeometry {
     bool particleB = false;
 
     bool carriedByB() const { return particleA && !particleB; }
-    Vec3<S> direction(const Pose<S>& a, const Pose<S>& b) const { return (carriedByB() ? b : a).rotation * normal; }
+    const Quat<S>& carrier(const Pose<S>& a, const Pose<S>& b) const { return (carriedByB() ? b : a).rotation; }
+    Vec3<S> direction(const Pose<S>& a, const Pose<S>& b) const { return carrier(a, b) * normal; }
 
     void startStep(const Pose<S>& a, const Pose<S>& b) {
         startArmA = a.rotation * onA;
@@ -47,11 +48,11 @@ void linearizeContact(const ContactGeometry<S>& contact, const Pose<S>& a, const
     if (withFriction) {
         Vec3<S> t1;
         Vec3<S> t2;
-        // In a's frame, where the normal stays while the body turns: across a normal that is asked anew the tangents
-        // must not jump, or the friction that is already there pulls sideways.
+        // In the carrier's frame, where the normal stays while the body turns: across a normal that is asked anew the
+        // tangents must not jump, or the friction that is already there pulls sideways.
         completeBasis(contact.normal, t1, t2);
-        t1 = a.rotation * t1;
-        t2 = a.rotation * t2;
+        t1 = contact.carrier(a, b) * t1;
+        t2 = contact.carrier(a, b) * t2;
         rows.point(t1, armA, armB, S(0)).isVelocity = true;
         rows.point(t2, armA, armB, S(0)).isVelocity = true;
     }

@@ -1,6 +1,12 @@
 #include <cairn/engine/solvers/auto.hpp>
 
 namespace cairn {
+
+template <class S>
+std::unique_ptr<Solver<S>> makeGaussSeidel(const SolverSettings& settings);
+template <class S>
+std::unique_ptr<Solver<S>> makeNncg(const SolverSettings& settings);
+
 namespace {
 
 // Block multiply-adds a sub-step: about a tenth of a microsecond each on one core of 2024.
@@ -19,7 +25,8 @@ template <class S>
 Auto<S>::Auto(const SolverSettings& settings)
     : settings_(settings),
       direct_(std::make_unique<Direct<S>>(settings)),
-      gaussSeidel_(std::make_unique<GaussSeidel<S>>(settings)) {}
+      gaussSeidel_(makeGaussSeidel<S>(settings)),
+      nncg_(makeNncg<S>(settings)) {}
 
 template <class S>
 int Auto<S>::substeps(Island<S>& island, S dt) const {
@@ -27,19 +34,20 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
     const double bound = settings_.def.directWork > 0 ? settings_.def.directWork : defaultDirectWork;
     const auto cost = direct_->predictCost(island);
     const double sweepWork = sweptRow * static_cast<double>(island.rows.size());
+    island.churns = cost.step > cost.factor;
     island.sweeps = memory.sweepSteps > 0 || cost.step > std::max(bound, sweepWork);
-    island.roundCap = std::max(cost.step > cost.factor ? fewestRounds : fewestRoundsAtRest,
+    island.roundCap = std::max(island.churns ? fewestRounds : fewestRoundsAtRest,
                                static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
     // Sweeps leave joints open by millimetres: those are worth shorter sub-steps first.
     island.mayHalveOnFailure = !island.joints.empty();
     memory.sweepSteps = std::max(0, memory.sweepSteps - 1);
-    return island.sweeps ? gaussSeidel_->substeps(island, dt) : direct_->substeps(island, dt);
+    return island.sweeps ? sweeper(island).substeps(island, dt) : direct_->substeps(island, dt);
 }
 
 template <class S>
 SolveReport Auto<S>::advance(Island<S>& island, S h) {
     if (island.sweeps) {
-        SolveReport report = gaussSeidel_->advance(island, h);
+        SolveReport report = sweeper(island).advance(island, h);
         if (island.isLast && !island.joints.empty()) {
             direct_->projectErrors(island, h, report);
         }

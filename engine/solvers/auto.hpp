@@ -1,8 +1,7 @@
 #pragma once
-// Auto, the default: for each island `direct` while the predicted cost of its factor is within a stated bound, else
-// `gauss_seidel`.
+// Auto, the default: for each island `direct` while the predicted cost of its factor is within a stated bound; else
+// `nncg` where contacts stay, `gauss_seidel` where they open and shut.
 #include <cairn/engine/solvers/direct.hpp>
-#include <cairn/engine/solvers/gauss_seidel.hpp>
 
 namespace cairn {
 
@@ -16,7 +15,9 @@ public:
 private:
     SolverSettings settings_;
     std::unique_ptr<Direct<S>> direct_;
-    std::unique_ptr<GaussSeidel<S>> gaussSeidel_;
+    std::unique_ptr<Solver<S>> gaussSeidel_;
+    std::unique_ptr<Solver<S>> nncg_;
+    Solver<S>& sweeper(const Island<S>& island) const { return island.churns ? *gaussSeidel_ : *nncg_; }
 };
 
 }  // namespace cairn

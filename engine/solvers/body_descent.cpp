@@ -184,14 +184,20 @@ void BodyDescent<S>::solveBody(std::size_t i) {
 }
 
 template <class S>
-void BodyDescent<S>::descend() {
+void BodyDescent<S>::sweep(bool backward) {
     const std::size_t count = island_.bodies.size();
-    for (std::size_t n = 0; n < 2 * count; ++n) {
-        const std::size_t i = n < count ? n : 2 * count - 1 - n;
+    for (std::size_t n = 0; n < count; ++n) {
+        const std::size_t i = backward ? count - 1 - n : n;
         if (!island_.bodies[i].fixed) {
             solveBody(i);
         }
     }
+}
+
+template <class S>
+void BodyDescent<S>::descend() {
+    sweep(false);
+    sweep(true);
 }
 
 template <class S>

@@ -28,11 +28,10 @@ public:
           dampingRatio_(pushOut.dampingRatio) {}
     SolveReport advance(Island<S>& island, S h) override;
     int substeps(Island<S>&, S) const override { return substeps_; }
-
-protected:
     // Lowers the error of `problem` by `iterations` sweeps.
     virtual void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) = 0;
 
+protected:
     SolverSettings settings_;
     int substeps_;
     int iterations_;

@@ -6,6 +6,7 @@
     SOLVER(Direct, "direct", "the whole island solved exactly: sparse Newton in body space")        \
     SOLVER(GaussSeidel, "gauss_seidel", "sequential impulses: projected Gauss-Seidel, sub-stepped") \
     SOLVER(Nncg, "nncg", "projected Gauss-Seidel with conjugate directions")                        \
+    SOLVER(Cluster, "cluster", "Gauss-Seidel over clusters of bodies, each solved exactly")         \
     SOLVER(Jacobi, "jacobi", "projected Jacobi with masses split")                                  \
     SOLVER(NonlinearGs, "nonlinear_gs", "position based dynamics: rows taken anew at every visit")  \
     SOLVER(Xpbd, "xpbd", "compliant position based dynamics, nothing carried over")                 \

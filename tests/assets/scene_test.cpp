@@ -199,6 +199,17 @@ void expectSame(const Scene& a, const Scene& b) {
     expectBits(a.world.solver.warmStart, b.world.solver.warmStart, "warmStart");
     expectBits(a.world.solver.tolerance, b.world.solver.tolerance, "tolerance");
     expectBits(a.world.solver.directWork, b.world.solver.directWork, "directWork");
+    EXPECT_EQ(a.world.solver.relaxationRule, b.world.solver.relaxationRule);
+    EXPECT_EQ(a.world.solver.massSplitting, b.world.solver.massSplitting);
+    EXPECT_EQ(a.world.solver.chebyshev, b.world.solver.chebyshev);
+    expectBits(a.world.solver.stiffness, b.world.solver.stiffness, "stiffness");
+    EXPECT_EQ(a.world.solver.postStabilise, b.world.solver.postStabilise);
+    EXPECT_EQ(a.world.solver.refreshRows, b.world.solver.refreshRows);
+    expectBits(a.world.solver.penalty, b.world.solver.penalty, "penalty");
+    EXPECT_EQ(a.world.solver.geometricStiffness, b.world.solver.geometricStiffness);
+    EXPECT_EQ(a.world.solver.clusterSize, b.world.solver.clusterSize);
+    EXPECT_EQ(a.world.solver.gyroscopicInertia, b.world.solver.gyroscopicInertia);
+    EXPECT_EQ(a.world.gyroscopic, b.world.gyroscopic);
     EXPECT_EQ(a.world.sleep.enabled, b.world.sleep.enabled);
     expectBits(a.world.sleep.distance, b.world.sleep.distance, "sleep distance");
     expectBits(a.world.sleep.time, b.world.sleep.time, "sleep time");
@@ -258,7 +269,7 @@ Scene everyField() {
                           .refreshRows = false,
                           .penalty = chance.number(),
                           .geometricStiffness = true,
-                          .clusterSize = 5,
+                          .clusterSize = 9,
                           .warmStart = chance.number(),
                           .tolerance = chance.number(),
                           .directWork = chance.number(),

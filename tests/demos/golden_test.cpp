@@ -39,7 +39,10 @@ std::vector<GoldenCase> goldenCases() {
             {"tops", "tops", {}, 0.5},
             {"cradle", "cradle", {}, 0.6},
             {"slope", "slope", {}, 0.8},
-            {"mesh", "mesh", {{"n", 10}}, 0.4}};
+            {"mesh", "mesh", {{"n", 10}}, 0.4},
+            {"rope", "rope", {}, 0.7},
+            {"cloth", "cloth", {{"n", 16}}, 0.6},
+            {"jelly", "jelly", {}, 0.5}};
 }
 
 std::filesystem::path goldenFile(const std::string& name) {

@@ -49,7 +49,7 @@ TEST(Bodies, DynamicBodyRidesOnAKinematicOne) {
         const BodyId crate = addBox(world, Vec3d(0, 0.5, 0));
         run(world, 2);
         expectClose(solver.name + ", belt", position(world, belt).x(), 1, 1e-12);
-        EXPECT_LE((velocity(world, crate) - Vec3d(0.5, 0.25, 0)).norm(), 1e-4);
+        EXPECT_LE((velocity(world, crate) - Vec3d(0.5, 0.25, 0)).norm(), std::max(1e-4, traitsOf(solver).creep));
         expectClose(solver.name + ", height above the belt", position(world, crate).y() - position(world, belt).y(), 1,
                     1e-4);
         EXPECT_EQ(world.mass(belt), 0);
@@ -89,8 +89,9 @@ TEST(Bodies, AxisLocksHold) {
         const Vec3d turn = logQuat<double>(world.pose(body).rotation);
         // Free along x: 2 N on 2 kg for 2 s.
         expectClose(solver.name + ", speed along the free axis", velocity(world, body).x(), 2, 1e-6);
-        expectBelow(solver.name + ", motion along locked axes, m", std::hypot(x.y(), x.z()), 1e-4);
-        expectBelow(solver.name + ", turn about locked axes, rad", std::hypot(turn.x(), turn.z()), 1e-4);
+        const double give = traitsOf(solver).give;
+        expectBelow(solver.name + ", motion along locked axes, m", std::hypot(x.y(), x.z()), give / 20);
+        expectBelow(solver.name + ", turn about locked axes, rad", std::hypot(turn.x(), turn.z()), give / 8);
         EXPECT_GT(std::abs(spin(world, body).y()), 1) << "free about y";
     });
 }

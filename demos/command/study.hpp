@@ -1,0 +1,29 @@
+#pragma once
+// What the studies of `cairn study` hand back: the command prints, writes and draws it.
+#include <cairn/demos/command/command.hpp>
+#include <cairn/demos/studies/studies.hpp>
+
+namespace cairn {
+
+struct StudyTable {
+    std::string title;
+    std::string note;                            // a line under the title; may be empty
+    std::vector<std::vector<std::string>> rows;  // as table() takes them
+};
+
+struct StudyFigure {
+    std::string name;  // of the file, without its ending
+    Figure figure;
+};
+
+struct StudyOutput {
+    std::vector<StudyTable> tables;
+    std::vector<StudyFigure> figures;
+    nlohmann::ordered_json json;
+    std::vector<std::string> broken;  // promises that were broken, each in words
+};
+
+using StudyFunction = StudyOutput (*)(bool full, const Tell& tell);
+StudyOutput studyConvergence(bool full, const Tell& tell);
+
+}  // namespace cairn

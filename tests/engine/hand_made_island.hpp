@@ -1,0 +1,144 @@
+#pragma once
+// Islands put together by hand, which show what a solver does without a world around it, and dense matrices of them.
+#include "engine_kit.hpp"
+
+#include <cairn/engine/solvers/sweep.hpp>
+
+#include <Eigen/Dense>
+
+#include <deque>
+
+namespace cairn {
+
+using Dense = Eigen::MatrixXd;
+using DenseVector = Eigen::VectorXd;
+
+inline Eigen::Index at(std::size_t i) {
+    return static_cast<Eigen::Index>(i);
+}
+
+class HandMadeIsland {
+public:
+    Island<double> island;
+
+    BodyId fixed(const Vec3d& position) { return add({.type = BodyType::Static, .position = position}); }
+    BodyId particle(const Vec3d& position, double mass, const Vec3d& velocity = Vec3d::Zero()) {
+        return add({.particle = true, .position = position, .linearVelocity = velocity, .mass = mass});
+    }
+    BodyId body(const Pose<double>& pose, double mass, const Vec3d& inertia, const Vec3d& v = Vec3d::Zero(),
+                const Vec3d& w = Vec3d::Zero()) {
+        return add({.position = pose.position,
+                    .rotation = pose.rotation,
+                    .linearVelocity = v,
+                    .angularVelocity = w,
+                    .mass = mass,
+                    .inertia = inertia});
+    }
+    void join(const JointDef& def) {
+        Joint<double>& joint = joints_.emplace_back(makeJoint(def, table_));
+        const auto index = [&](int k) { return k < joint.bodyCount() ? static_cast<int>(joint.body(k).index) : -1; };
+        island.joints.push_back({&joint, index(0), index(1), index(2), index(3)});
+    }
+    SolverBody<double>& operator[](BodyId id) { return island.bodies[id.index]; }
+
+private:
+    BodyId add(const BodyDef& def) {
+        Body<double> body;
+        body.def = def;
+        body.pose = {def.position, def.rotation};
+        body.mass = def.mass;
+        body.inertia = def.inertia.asDiagonal();
+        SolverBody<double>& s = island.bodies.emplace_back();
+        s.fixed = def.type != BodyType::Dynamic;
+        s.particle = def.particle;
+        s.pose = body.pose;
+        s.v << def.linearVelocity, def.angularVelocity;
+        s.vBefore = s.v;
+        if (!s.fixed) {
+            s.mass = def.mass;
+            s.inverseMass = 1 / def.mass;
+        }
+        if (!s.fixed && !s.particle) {
+            s.localInertia = body.inertia;
+            s.localInverseInertia = body.inertia.inverse();
+            s.refreshInertia();
+        }
+        return table_.add(std::move(body));
+    }
+
+    BodyTable<double> table_;
+    std::deque<Joint<double>> joints_;
+};
+
+// The rows of an island as one matrix equation: J (rows x 6 bodies), M^-1, twists and C.
+struct DenseIsland {
+    Dense J;
+    Dense inverseMass;
+    DenseVector v;  // m/s, rad/s
+    DenseVector C;  // m, rad
+
+    explicit DenseIsland(const Island<double>& island) {
+        const Eigen::Index rows = at(island.rows.size());
+        const Eigen::Index size = 6 * at(island.bodies.size());
+        J = Dense::Zero(rows, size);
+        inverseMass = Dense::Zero(size, size);
+        v = DenseVector::Zero(size);
+        C = DenseVector::Zero(rows);
+        for (const RowBlock<double>& block : island.blocks) {
+            for (int r = block.first; r < block.first + block.count; ++r) {
+                const Row<double>& row = island.rows[static_cast<std::size_t>(r)];
+                C(r) = row.C;
+                for (int k = 0; k < block.bodyCount(); ++k) {
+                    J.block<1, 6>(r, 6 * block.body(k)) = bodyGradient(row, block, k).transpose();
+                }
+            }
+        }
+        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+            const SolverBody<double>& body = island.bodies[i];
+            const Eigen::Index k = 6 * at(i);
+            v.segment<6>(k) = body.v;
+            if (!body.fixed) {
+                inverseMass.block<3, 3>(k, k) = Mat3d::Identity() / body.mass;
+            }
+            if (!body.fixed && !body.particle) {
+                inverseMass.block<3, 3>(k + 3, k + 3) = body.inertia.inverse();
+            }
+        }
+    }
+    Dense A() const { return J * inverseMass * J.transpose(); }
+};
+
+inline DenseVector stacked(const std::vector<Vec6<double>>& twists) {
+    DenseVector all(6 * at(twists.size()));
+    for (std::size_t i = 0; i < twists.size(); ++i) {
+        all.segment<6>(6 * at(i)) = twists[i];
+    }
+    return all;
+}
+inline DenseVector stacked(const std::vector<double>& values) {
+    return Eigen::Map<const DenseVector>(values.data(), at(values.size()));
+}
+
+// The linear problem of a sub-step of h whose hard rows correct all of their error: J v + C / h = 0, from p = 0.
+inline RowProblem<double> problemOf(const Island<double>& island, double h) {
+    RowProblem<double> problem;
+    problem.terms.resize(island.rows.size());
+    problem.p.assign(island.rows.size(), 0.0);
+    for (const RowBlock<double>& block : island.blocks) {
+        problem.friction.push_back(block.friction);
+        for (int r = block.first; r < block.first + block.count; ++r) {
+            const std::size_t i = static_cast<std::size_t>(r);
+            bool hard = false;
+            problem.terms[i] = rowTerms(island.rows[i], island.mobility(island.rows[i], block), h, hard);
+            if (hard) {
+                problem.terms[i].bias = island.rows[i].C / h;
+            }
+        }
+    }
+    for (const SolverBody<double>& body : island.bodies) {
+        problem.v.push_back(body.v);
+    }
+    return problem;
+}
+
+}  // namespace cairn
