@@ -203,12 +203,10 @@ void describe(A& a, SolverDef& d) {
     a.field("clusterSize", d.clusterSize, {"cluster: most bodies solved exactly together; 0: the default", 0, 1e6});
     a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
     a.field("tolerance", d.tolerance, {"m/s: the direct solver ends below it; 0: the solver's default", 0});
+    a.field("directWork", d.directWork, {"most multiply-adds of one island's factor under auto; 0: the default", 0});
     a.field("gyroscopicInertia", d.gyroscopicInertia,
             {"whether the solve meets a spinning body's resistance to being tipped: gauss_seidel, jacobi, "
              "nonlinear_gs, xpbd"});
-    a.field("directWork", d.directWork, {"most multiply-adds of one island's factor under auto; 0: the default", 0});
-    a.field("gyroscopicInertia", d.gyroscopicInertia,
-            {"whether the solve meets a spinning body's resistance to being tipped; not for auto and direct"});
 }
 
 template <class A>
