@@ -83,7 +83,7 @@ struct SolverDef {
         0;  // auto: 6x6 block multiply-adds that a sub-step of one island may cost before sweeps take over
     // Whether the solve meets a spinning body's resistance to being tipped (seed 4.17), which counts where it turns by
     // more than about half a radian a sub-step. Its matrix is not symmetric: gauss_seidel, jacobi, nonlinear_gs and
-    // xpbd alone take it, and not beside geometricStiffness.
+    // xpbd alone take it.
     bool gyroscopicInertia = false;
 };
 

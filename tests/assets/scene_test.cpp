@@ -185,6 +185,17 @@ void expectSame(const Scene& a, const Scene& b) {
     EXPECT_EQ(a.world.solver.substeps, b.world.solver.substeps);
     EXPECT_EQ(a.world.solver.iterations, b.world.solver.iterations);
     expectBits(a.world.solver.relaxation, b.world.solver.relaxation, "relaxation");
+    EXPECT_EQ(a.world.solver.relaxationRule, b.world.solver.relaxationRule);
+    EXPECT_EQ(a.world.solver.massSplitting, b.world.solver.massSplitting);
+    EXPECT_EQ(a.world.solver.chebyshev, b.world.solver.chebyshev);
+    EXPECT_EQ(a.world.solver.postStabilise, b.world.solver.postStabilise);
+    EXPECT_EQ(a.world.solver.refreshRows, b.world.solver.refreshRows);
+    EXPECT_EQ(a.world.solver.geometricStiffness, b.world.solver.geometricStiffness);
+    EXPECT_EQ(a.world.solver.clusterSize, b.world.solver.clusterSize);
+    EXPECT_EQ(a.world.solver.gyroscopicInertia, b.world.solver.gyroscopicInertia);
+    EXPECT_EQ(a.world.gyroscopic, b.world.gyroscopic);
+    expectBits(a.world.solver.stiffness, b.world.solver.stiffness, "stiffness");
+    expectBits(a.world.solver.penalty, b.world.solver.penalty, "penalty");
     expectBits(a.world.solver.warmStart, b.world.solver.warmStart, "warmStart");
     expectBits(a.world.solver.tolerance, b.world.solver.tolerance, "tolerance");
     expectBits(a.world.solver.directWork, b.world.solver.directWork, "directWork");
