@@ -46,6 +46,7 @@ private:
         std::array<double, 3> size;
         std::shared_ptr<const Hull> hull;
         std::shared_ptr<const CollisionMesh> mesh;
+        std::shared_ptr<const HeightField> field;
         auto operator<=>(const Key&) const = default;
     };
     MeshHandle meshOf(const Shape& shape);

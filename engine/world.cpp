@@ -66,7 +66,7 @@ void validate(const BodyDef& def) {
         if (!shape.pose.isFinite()) {
             throw InputError(label(def) + ".shapes.position", "a non-finite number", "give finite numbers");
         }
-        if (def.type == BodyType::Dynamic && (shape.kind == ShapeKind::HalfSpace || shape.kind == ShapeKind::Mesh)) {
+        if (def.type == BodyType::Dynamic && !isConvex(shape.kind)) {
             throw InputError(label(def) + ".type", "dynamic with a " + std::string(name(shape.kind)),
                              "make it static, or give it convex shapes (hulls)");
         }

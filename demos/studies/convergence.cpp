@@ -251,7 +251,7 @@ public:
     BodyChain(const std::vector<double>& masses, double error, const std::vector<double>& penalty)
         : chain_(masses, error),
           problem_(chain_.problem()),
-          descent_(chain_.island, problem_, 1, std::numeric_limits<double>::max(), false, 1) {
+          descent_(chain_.island, problem_, 1, std::numeric_limits<double>::max(), false, LoadRule::Heaviest, 1) {
         setPenalty(penalty);
         const RowChain rows(masses);
         const Vector p = error * rows.answer;

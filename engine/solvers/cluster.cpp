@@ -168,8 +168,8 @@ private:
         NewtonOptions options;
         options.regularisation = 1e-4;
         options.leastRegularisation = 1e-9;
-        options.tolerance = std::is_same_v<S, double> ? 1e-4 : 1e-3;
-        options.stalled = 1e-2;
+        options.tolerance = std::is_same_v<S, double> ? 1e-8 : 1e-5;
+        options.stalled = 10 * options.tolerance;
         options.liftTolerance = 1;
         options.mostLifts = 0;
         options.maxRounds = 20;
