@@ -44,7 +44,7 @@ struct StepTimes {  // s
 
 enum StepFlag : std::uint32_t {
     FlagNonFinite = 1,    // a body went non-finite and was put back to its last finite state, at rest
-    FlagUnconverged = 2,  // an island's answer is above tolerance; counts.unconverged says how many
+    FlagUnconverged = 2,  // an island's answer is above tolerance (counts.unconverged), or a joint is open by .1 m
     FlagRepaired = 4,     // the narrow phase had to repair an answer of FCL; counts.narrow says how often
     FlagRefused = 8,      // dt was not in (0, 1] s: nothing moved
 };

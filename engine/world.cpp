@@ -423,7 +423,10 @@ struct World<S>::Impl {
         }
         report.error.meanPenetration = touching > 0 ? penetrationSum / touching : 0;
         report.flags |= report.nonFinite.empty() ? 0U : static_cast<std::uint32_t>(FlagNonFinite);
-        report.flags |= c.unconverged > 0 ? static_cast<std::uint32_t>(FlagUnconverged) : 0U;
+        // A joint torn this far (m) says that its solver was given too little to do, whatever it reports itself.
+        constexpr double tornJoint = 0.1;
+        const bool unconverged = c.unconverged > 0 || report.error.maxJointGap > tornJoint;
+        report.flags |= unconverged ? static_cast<std::uint32_t>(FlagUnconverged) : 0U;
         report.flags |= c.narrow.repairedFailures > 0 ? static_cast<std::uint32_t>(FlagRepaired) : 0U;
     }
 

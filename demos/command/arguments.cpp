@@ -31,6 +31,26 @@ void requireFile(const std::filesystem::path& file) {
     throw InputError("scene file", file.string(), remedy);
 }
 
+// Sets further numbers of the solver by the names that they have in scene files, by whose rules they are checked.
+void setSolver(SolverDef& solver, const std::vector<std::string>& settings) {
+    if (settings.empty()) {
+        return;
+    }
+    Scene carrier;
+    carrier.world.solver = solver;
+    nlohmann::json file = nlohmann::json::parse(toJson(carrier));
+    for (const std::string& text : settings) {
+        const std::size_t equals = text.find('=');
+        if (equals == std::string::npos || equals == 0) {
+            throw InputError("--solver-set", text, "write NAME=VALUE, for example relaxation=1.5");
+        }
+        const std::string value = text.substr(equals + 1);
+        const nlohmann::json parsed = nlohmann::json::parse(value, nullptr, false);
+        file["world"]["solver"][text.substr(0, equals)] = parsed.is_discarded() ? nlohmann::json(value) : parsed;
+    }
+    solver = parseScene(file.dump(), ".", "--solver-set").world.solver;
+}
+
 }  // namespace
 
 void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
@@ -42,6 +62,8 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--solver", arguments.solver, "solver (cairn list)");
     command.add_option("--substeps", arguments.substeps, "sub-steps a step")->check(CLI::Range(1, 100000));
     command.add_option("--iterations", arguments.iterations, "iterations a sub-step")->check(CLI::Range(1, 1000000));
+    command.add_option("--solver-set", arguments.solverSet,
+                       "NAME=VALUE: another number of the solver, as in a scene file's world.solver; may be repeated");
     command.add_option("--threads", arguments.threads, "threads")->check(CLI::Range(1, 1024));
     command.add_option("--precision", arguments.precision, "float or double")
         ->check(CLI::IsMember({"float", "double"}))
@@ -71,6 +93,7 @@ Scene openScene(const SceneArguments& arguments) {
     solver.name = arguments.solver.value_or(solver.name);
     solver.substeps = arguments.substeps.value_or(solver.substeps);
     solver.iterations = arguments.iterations.value_or(solver.iterations);
+    setSolver(solver, arguments.solverSet);
     scene.world.threads = arguments.threads.value_or(scene.world.threads);
     return scene;
 }

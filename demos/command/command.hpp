@@ -28,6 +28,7 @@ struct SceneArguments {
     std::optional<std::string> solver;
     std::optional<int> substeps;
     std::optional<int> iterations;
+    std::vector<std::string> solverSet;  // NAME=VALUE
     std::optional<int> threads;
     std::string precision = "double";
 

@@ -123,7 +123,8 @@ StudyOutput studyEnergy(bool full, const Tell& tell) {
                   .note = "each solver's defaults, dt = 1/60 s; change over the energy at the start",
                   .columns = 2};
     for (const std::string& scene : study.scenes) {
-        Panel panel{.title = scene, .x = {.label = "s"}, .y = {.label = "change of energy"}};
+        Panel panel{
+            .title = scene, .x = {.label = "s"}, .y = {.label = "change of energy", .least = -0.01, .most = 0.01}};
         for (const std::string& solver : study.solvers) {
             if (solver == "auto") {
                 continue;
@@ -132,6 +133,12 @@ StudyOutput studyEnergy(bool full, const Tell& tell) {
             Series series{.label = solver};
             for (std::size_t k = 0; k < run.energies.size(); ++k) {
                 series.points.push_back({run.samplePeriod * static_cast<double>(k), run.energies[k]});
+            }
+            for (const auto& point : series.points) {
+                if (std::isfinite(point[1])) {
+                    panel.y.least = std::min(*panel.y.least, point[1]);
+                    panel.y.most = std::max(*panel.y.most, point[1]);
+                }
             }
             panel.series.push_back(series);
         }

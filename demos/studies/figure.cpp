@@ -29,7 +29,17 @@ std::string number(double x) {
 std::string tickLabel(double x) {
     char text[32];
     std::snprintf(text, sizeof text, "%g", x);
-    return text;
+    // 1e-06 as 1e-6
+    std::string out = text;
+    const std::size_t e = out.find('e');
+    if (e != std::string::npos) {
+        const std::size_t digits = e + 2;
+        out.erase(digits, out.find_first_not_of('0', digits) - digits);
+        if (out[e + 1] == '+') {
+            out.erase(e + 1, 1);
+        }
+    }
+    return out;
 }
 
 std::string escaped(const std::string& text) {

@@ -193,9 +193,6 @@ void BodyDescent<S>::sweep(bool backward) {
             solveBody(i);
         }
     }
-    if (free_) {
-        keepMomentum();
-    }
 }
 
 template <class S>
@@ -241,6 +238,9 @@ template <class S>
 void BodyDescent<S>::descend() {
     sweep(false);
     sweep(true);
+    if (free_) {
+        keepMomentum();
+    }
 }
 
 template <class S>

@@ -118,6 +118,15 @@ TEST_F(Command, RunTakesItsOptions) {
     EXPECT_FALSE(json.contains("bodies"));
 }
 
+TEST_F(Command, RunSetsTheSolversOtherNumbers) {
+    const std::string base = "heavy --set ratio=10 --solver gauss_seidel --iterations 8 --seconds 0.5";
+    const nlohmann::json plain = runJson(base);
+    const nlohmann::json set = runJson(
+        base + " --solver-set relaxationRule=optimal --solver-set warmStart=0 --solver-set postStabilise=false");
+    EXPECT_EQ(set.at("solver"), "gauss_seidel");
+    EXPECT_NE(plain.at("error").at("max_penetration_m"), set.at("error").at("max_penetration_m"));
+}
+
 TEST_F(Command, RunWritesAFileBesideItsTable) {
     const std::filesystem::path file = scratch() / "result.json";
     const Outcome outcome = cairn("run heavy --seconds 0.2 --json '" + file.string() + "'");
@@ -166,6 +175,10 @@ TEST_F(Command, BadInputIsExitCodeTwoAndNamesTheNearest) {
     expectUsageError("run tower --set kind=cube", "cylinder");
     expectUsageError("run tower --set n", "NAME=VALUE");
     expectUsageError("run tower --solver gaus_seidel --seconds 0.1", "gauss_seidel");
+    expectUsageError("run tower --solver-set relaxtion=1.5", "relaxation");
+    expectUsageError("run tower --solver-set relaxation=2", "below 2");
+    expectUsageError("run tower --solver-set relaxationRule=best", "optimal");
+    expectUsageError("run tower --solver-set relaxation", "NAME=VALUE");
     expectUsageError("run tower --dt 0", "dt");
     expectUsageError("run tower --seconds -1", "seconds");
     expectUsageError("run tower --precision half", "precision");

@@ -39,21 +39,31 @@ TEST(ConservationTest, RowsKeepLinearMomentumAtEveryIteration) {
 }
 
 // Solvers over bodies only as far as they converged.
-TEST(ConservationTest, BodiesKeepMomentumAsFarAsTheyConverge) {
+// (in islands that nothing holds, their rigid motions are put right after every round)
+TEST(ConservationTest, BodiesKeepTheMomentumOfFreeIslands) {
     for (const char* const name : {"pair, ball", "chain"}) {
-        const FreeScene scene = sceneNamed(name);
-        const Defect one = defectOf("avbd", scene, 1);
-        const Defect many = defectOf("avbd", scene, 128);
-        EXPECT_GT(one.linear, 1e-4) << name;
-        EXPECT_LT(many.linear, 1e-3 * one.linear) << name;
+        EXPECT_LE(defectOf("avbd", sceneNamed(name), 1).linear, 1e-13) << name;
     }
 }
 
-TEST(ConservationTest, LinearSolversKeepAngularMomentumToo) {
-    for (const char* const solver : {"gauss_seidel", "jacobi", "nncg"}) {
-        for (const char* const name : {"pair, ball", "chain", "colliding"}) {
-            EXPECT_LE(defectOf(solver, sceneNamed(name), 3).angular, 1e-13) << solver << ", " << name;
+// `direct` pushes at the places that the bodies have when they are pushed.
+TEST(ConservationTest, DirectKeepsAngularMomentum) {
+    for (const char* const name : {"pair, ball", "chain", "colliding"}) {
+        for (const int n : {8, 64}) {
+            EXPECT_LE(defectOf("direct", sceneNamed(name), n).angular, 1e-13) << name << ", " << n;
         }
+    }
+}
+
+// The relaxing sweeps of solvers on impulses push at the places of the start of the step: their defect is of second
+// order in its length.
+TEST(ConservationTest, SweepsKeepAngularMomentumToSecondOrder) {
+    for (const char* const solver : {"gauss_seidel", "jacobi", "nncg"}) {
+        FreeScene scene = sceneNamed("chain");
+        const double coarse = defectOf(solver, scene, 64).angular;
+        scene.scene.dt /= 10;
+        EXPECT_LE(coarse, 1e-3) << solver;
+        EXPECT_LE(defectOf(solver, scene, 64).angular, coarse / 5) << solver;
     }
 }
 
@@ -68,15 +78,24 @@ TEST(HangingChainTest, DirectIsExactAtAnyRatio) {
     }
 }
 
-TEST(HangingChainTest, NothingDivergesWithoutAWarning) {
+TEST(HangingChainTest, NothingDivergesByDefault) {
     for (const ChainOption& option : chainOptions(false)) {
-        for (const ChainSetting& setting : {ChainSetting{1, 4}, ChainSetting{8, 1}}) {
-            const ChainEntry entry = hangChain(option, setting, 100, true, 1.5);
-            EXPECT_TRUE(entry.diverged.empty() || entry.warned())
-                << option.solver.name << ", " << option.name << ", " << setting.substeps << "x" << setting.iterations
-                << ": " << entry.diverged;
+        if (option.name != "defaults") {
+            continue;
+        }
+        for (const double ratio : {1.0, 100.0}) {
+            const ChainEntry entry = hangChain(option, {}, ratio, true, 2);
+            EXPECT_EQ(entry.diverged, "") << option.solver.name << ", R = " << ratio;
+            EXPECT_LE(entry.worst, 0.02) << option.solver.name << ", R = " << ratio;
         }
     }
+}
+
+TEST(HangingChainTest, TellsWhatDiverges) {
+    // Plain Jacobi, over-relaxed beyond what it bears: the longest Jacobi mode of a row of links grows.
+    const ChainOption wild{
+        .name = "wild", .solver = {.name = "jacobi", .relaxation = 1.99, .massSplitting = false}, .risky = true};
+    EXPECT_NE(hangChain(wild, {1, 40}, 1, false, 2).diverged, "");
 }
 
 TEST(StackStudyTest, DirectStands) {
