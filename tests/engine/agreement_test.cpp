@@ -155,7 +155,9 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
         }
         const double rate = std::pow(errorAfter(128) / errorAfter(64), 1.0 / 64);
         expectClose(solver.name + ", share of the error that an iteration leaves", rate,
-                    ratePerIteration(solver.name, A), boundOf(solver, 1e-3, {{"avbd", 2.7e-3}}));
+                    ratePerIteration(solver.name, A),
+                    // avbd does a little better than its sweeps: the free row's rigid motion is put right each round.
+                    boundOf(solver, 1e-3, {{"avbd", 6e-3}}));
     });
 }
 
