@@ -14,6 +14,7 @@ class FunctionRef<R(Args...)> {
 public:
     template <class F>
     requires(!std::is_same_v<std::remove_cvref_t<F>, FunctionRef> && std::is_invocable_r_v<R, F&, Args...>)
+        // NOLINTNEXTLINE(bugprone-forwarding-reference-overload): the constraint above leaves copies alone
         FunctionRef(F&& f)
         : object_(const_cast<void*>(static_cast<const void*>(std::addressof(f)))),
           call_([](void* object, Args... args) -> R {
