@@ -112,8 +112,8 @@ public:
                 continue;
             }
             for (const int j : ends[at]) {
-                const Vec3d p =
-                    low_ + size_ * Vec3d(static_cast<double>(at / depth), j, static_cast<double>(at % depth));
+                const auto row = at / depth;
+                const Vec3d p = low_ + size_ * Vec3d(static_cast<double>(row), j, static_cast<double>(at % depth));
                 points.push_back(p.cwiseMax(box.min).cwiseMin(box.max));
             }
         }
@@ -224,6 +224,7 @@ std::vector<double> flatFaces(const TriangleMesh& mesh, int axis, double closene
     }
     std::sort(merged.begin(), merged.end(), std::greater<>());
     std::vector<double> places;
+    places.reserve(merged.size());
     for (const auto& [area, place] : merged) {
         places.push_back(place);
     }

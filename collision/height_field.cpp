@@ -190,8 +190,9 @@ std::array<int, 3> HeightField::vertices(int triangle) const {
 }
 
 Vec3d HeightField::vertex(int id) const {
+    const int row = id / columns_;
     return {(id % columns_ - 0.5 * (columns_ - 1)) * cell_, heights_[static_cast<std::size_t>(id)],
-            (id / columns_ - 0.5 * (rows_ - 1)) * cell_};
+            (row - 0.5 * (rows_ - 1)) * cell_};
 }
 
 unsigned HeightField::activeEdges(int triangle) const {
