@@ -116,8 +116,6 @@ Stretch inCone(const Vec3d& o, const Vec3d& d, double radius, double h) {
             s.leave = -c / (2 * b);
         } else if (b < 0) {
             s.enterAt(-c / (2 * b), normalAt(-c / (2 * b)));
-        } else if (c > 0) {
-            s.miss();
         }
     } else if (a > 0) {
         double t0 = 0;

@@ -300,6 +300,17 @@ public:
         return {std::sqrt(squared / whole), std::sqrt(c) / startError_};
     }
 
+    double momentumDefect() const {
+        double sum = 0;
+        double size = 0;
+        for (const std::size_t i : free_) {
+            const double momentum = chain_.island.bodies[i].mass * problem_.v[i].x();
+            sum += momentum;
+            size += std::abs(momentum);
+        }
+        return std::abs(sum) / size;
+    }
+
     Eigen::Index size(bool multipliers) const {
         return static_cast<Eigen::Index>(free_.size() + (multipliers ? descent_.centre.size() : 0));
     }
@@ -461,6 +472,17 @@ double avbdRadius(const std::vector<double>& masses, const std::vector<double>& 
 double bodySweepRadius(const std::vector<double>& masses, const std::vector<double>& penalty) {
     BodyChain chain(masses, 1, penalty);
     return chain.radius(false, [&] { chain.sweep(); });
+}
+
+std::vector<double> avbdMomentum(const std::vector<double>& masses, const std::vector<double>& penalty, bool symmetric,
+                                 int iterations) {
+    BodyChain chain(masses, 1, penalty);
+    std::vector<double> defects;
+    for (int k = 0; k < iterations; ++k) {
+        chain.iterate(symmetric);
+        defects.push_back(chain.momentumDefect());
+    }
+    return defects;
 }
 
 BestPenalty bestPenalty(const std::vector<double>& masses, bool symmetric) {

@@ -67,6 +67,9 @@ MethodConvergence avbdConvergence(const std::vector<double>& masses, const AvbdR
 // alone, multipliers held.
 double avbdRadius(const std::vector<double>& masses, const std::vector<double>& penalty, bool symmetric = false);
 double bodySweepRadius(const std::vector<double>& masses, const std::vector<double>& penalty);
+// |sum of m v| over the sum of |m v| after each of so many iterations: what no force gave (the seed's 7.3.2).
+std::vector<double> avbdMomentum(const std::vector<double>& masses, const std::vector<double>& penalty, bool symmetric,
+                                 int iterations);
 struct BestPenalty {
     double penalty = 0;  // kg, the same for every row
     double radius = 1;

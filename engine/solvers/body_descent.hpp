@@ -33,7 +33,8 @@ public:
     // where a body has several rows; after a symmetric one they do not, at any penalty (measured on a tower of ten
     // boxes; the theory is that of ADMM with symmetric Gauss-Seidel, Chen, Sun and Toh 2017).
     void descend();
-    // One way alone. As a whole round it is the seed's 7, and fit for study only: see above.
+    // One way alone, the rigid motions left as they come out. As a whole round it is the seed's 7, and fit for study
+    // only: see above.
     void sweep(bool backward);
     // Starts from the velocities before the sub-step and that share of its forces which the body gave way to in the
     // last step (Giles 2025): what rests starts at rest, what falls starts falling.
