@@ -34,6 +34,16 @@ struct Body {
     }
 };
 
+// How errors name a body.
+std::string label(const BodyDef& def);
+// Throws InputError for body and field unless `finite`.
+void requireFinite(const BodyDef& def, const char* field, bool finite);
+
+// The body that a def describes, with mass and inertia filled in. Throws InputError for what no body can be, or what
+// this precision cannot hold.
+template <class S>
+Body<S> makeBody(const BodyDef& def);
+
 template <class S>
 using BodyTable = SlotTable<Body<S>, BodyId>;
 
