@@ -37,7 +37,8 @@ bool isRound(const Shape& shape, const Vec3d& normal) {
 }
 
 template <class S>
-ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body<S>& b, const ContactPatch<S>* before) {
+ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body<S>& b, const Vec3d& normalInB,
+                          const ContactPatch<S>* before) {
     ContactPatch<S> patch;
     patch.manifold = manifold;
     const Material& materialA = a.def.shapes[manifold.shapeA].material;
@@ -47,7 +48,6 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
     patch.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
     const std::array<int, 4> match =
         before != nullptr ? matchPoints(before->manifold, manifold) : std::array<int, 4>{-1, -1, -1, -1};
-    const Vec3d normalInB = relativePose(b.framePoseDouble(), a.framePoseDouble()).rotation * manifold.normal;
     for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.count); ++k) {
         const ContactPoint& point = manifold.points[k];
         ContactPointState<S>& state = patch.points[k];
@@ -69,23 +69,29 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
 // The gap that a and b can close within dt; spins count by the smaller body's size, so that a spinning floor reaches no
 // further than what stands on it.
 template <class S>
-double closing(const Body<S>& a, const Body<S>& b, double dt) {
-    const double radius = std::min(a.radius, b.radius);
+double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
+    const double radius = std::min(a.body->radius, b.body->radius);
     const double spin = static_cast<double>(a.w.norm() + b.w.norm());
     return dt * (static_cast<double>((a.v - b.v).norm()) + (std::isfinite(radius) ? spin * radius : 0));
 }
 
+}  // namespace
+
 template <class S>
-void collidePair(PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, const ContactReach& reach,
+void collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
                  NarrowCounts& counts) {
-    const Posed aFromB = relativePose(a.framePoseDouble(), b.framePoseDouble());
-    if (pair.made && isStill(pair.aFromB, aFromB)) {
+    const Posed frameA = a.frame();
+    const Posed frameB = b.frame();
+    const Posed aFromB = relativePose(frameA, frameB);
+    const double margin = reach.margin + closing(a, b, reach.dt);
+    // What stands still but is about to be thrown must be looked for further out.
+    const bool reached = margin <= pair.margin + 0.1 * reach.margin;
+    if (pair.made && reached && isStill(pair.aFromB, aFromB)) {
         return;
     }
     static thread_local std::vector<Manifold> manifolds;
     manifolds.clear();
-    const double margin = reach.margin + closing(a, b, reach.dt);
-    collide(a.def.shapes, b.def.shapes, aFromB, margin, pair.cache, manifolds, counts);
+    collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, manifolds, counts);
     std::vector<ContactPatch<S>> patches;
     patches.reserve(manifolds.size());
     for (const Manifold& manifold : manifolds) {
@@ -96,14 +102,14 @@ void collidePair(PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, cons
                 before = &old;
             }
         }
-        patches.push_back(makePatch(manifold, a, b, before));
+        const Vec3d normalInB = relativePose(frameB, frameA).rotation * manifold.normal;
+        patches.push_back(makePatch(manifold, *a.body, *b.body, normalInB, before));
     }
     pair.patches = std::move(patches);
     pair.aFromB = aFromB;
+    pair.margin = margin;
     pair.made = true;
 }
-
-}  // namespace
 
 template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const ContactReach& reach,
@@ -130,7 +136,7 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
         const Body<S>& b = bodies[pair.pair.b];
         const bool moves = (a.awake && a.def.type != BodyType::Static) || (b.awake && b.def.type != BodyType::Static);
         if (moves || !pair.made) {
-            collidePair(pair, a, b, reach, counts[i]);
+            collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, counts[i]);
         }
     });
     counts_ = {};
@@ -144,6 +150,10 @@ void ContactTable<S>::forget(ProxyId body) {
     std::erase_if(pairs_, [&](const PairContacts<S>& p) { return p.pair.a == body || p.pair.b == body; });
 }
 
+template void collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&, const ContactReach&,
+                          NarrowCounts&);
+template void collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&, const ContactReach&,
+                          NarrowCounts&);
 template class ContactTable<float>;
 template class ContactTable<double>;
 

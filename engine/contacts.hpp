@@ -27,7 +27,8 @@ template <class S>
 struct PairContacts {
     ProxyPair pair;  // a < b, indices of bodies
     PairCache cache;
-    Posed aFromB;  // at which the manifolds were made
+    Posed aFromB;       // at which the manifolds were made
+    double margin = 0;  // m, as far as which they were looked for
     bool made = false;
     std::vector<ContactPatch<S>> patches;
 };
@@ -37,6 +38,25 @@ struct ContactReach {
     double margin = 0;
     double dt = 0;
 };
+
+// One body of a pair where it is now.
+template <class S>
+struct PairSide {
+    const Body<S>* body;
+    Pose<S> pose;  // of the centre of mass
+    Vec3<S> v;     // m/s
+    Vec3<S> w;     // rad/s
+
+    Posed frame() const {
+        const Posed p = pose.template cast<double>();
+        return {p.position - p.rotation * body->localCentre.template cast<double>(), p.rotation};
+    }
+};
+
+// Makes the manifolds of a pair anew, unless it stood still.
+template <class S>
+void collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
+                 NarrowCounts& counts);
 
 template <class S>
 class ContactTable {

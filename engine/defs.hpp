@@ -45,6 +45,7 @@ struct BodyDef {
     std::array<bool, 3> lockLinear = {false, false, false};   // world axes along which the centre must not move
     std::array<bool, 3> lockAngular = {false, false, false};  // world axes about which the body must not turn
     Filter filter = {};
+    double tolerance = 0;  // m: position error allowed at its contacts and joints; 0: AccuracyDef::position
     bool canSleep = true;
     bool awake = true;
 };
@@ -103,9 +104,19 @@ struct SleepDef {
     double time = 0.5;  // s
 };
 
+// How wrong a step may be (docs/accuracy.md). Zero: not asked. An island whose error is above what is asked is solved
+// again, in twice as many pieces; what is still above it at `mostPieces` raises FlagTolerance.
+struct AccuracyDef {
+    double position = 0;   // m: StepError::position
+    double velocity = 0;   // m/s: StepError::velocity
+    int mostPieces = 32;   // of a step, each with contacts found anew; a power of two
+    bool coulomb = false;  // whether residualCoulomb is computed
+};
+
 struct WorldDef {
     Vec3d gravity = Vec3d(0, -9.81, 0);  // m/s2
     SolverDef solver = {};
+    AccuracyDef accuracy = {};
     SleepDef sleep = {};
     GyroscopicRule gyroscopic = GyroscopicRule::Midpoint;
     int threads = 1;                       // of the built-in job system, when `jobs` is null

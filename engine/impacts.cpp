@@ -136,8 +136,8 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             const Vec6<S> beforeA = a.v;
             const Vec6<S> beforeB = b.v;
             solveGroup(island, group);
-            island.externalImpulse +=
-                a.mass * (a.v - beforeA).template head<3>() + b.mass * (b.v - beforeB).template head<3>();
+            a.outside += a.applyMass(a.v - beforeA);
+            b.outside += b.applyMass(b.v - beforeB);
             a.offset -= time * (a.v - beforeA);
             b.offset -= time * (b.v - beforeB);
         }

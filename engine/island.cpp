@@ -37,6 +37,7 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     residual = std::max(residual, o.residual);
     energyGained += o.energyGained;
     momentumDefect += o.momentumDefect;
+    residualMomentum = std::max(residualMomentum, o.residualMomentum);
     return *this;
 }
 
@@ -62,16 +63,41 @@ Pose<S> SolverBody<S>::moved(const Vec6<S>& twist, S h) const {
 }
 
 template <class S>
+void Island<S>::detect(const ContactReach& reach, NarrowCounts& counts) {
+    const auto side = [&](const Body<S>& body, int local) {
+        const SolverBody<S>& s = bodies[static_cast<std::size_t>(local)];
+        return PairSide<S>{&body, s.pose, s.v.template head<3>(), s.v.template tail<3>()};
+    };
+    for (const PairLink& link : pairs) {
+        collidePair(*link.pair, side(*link.bodyA, link.a), side(*link.bodyB, link.b), reach, counts);
+    }
+    collectPatches();
+}
+
+template <class S>
+void Island<S>::collectPatches() {
+    patches.clear();
+    for (const PairLink& link : pairs) {
+        for (ContactPatch<S>& patch : link.pair->patches) {
+            for (ContactPointState<S>& point : patch.points) {
+                point.geometry.startStep(poseOf(*this, link.a), poseOf(*this, link.b));
+            }
+            patches.push_back({&patch, link.a, link.b});
+        }
+    }
+}
+
+template <class S>
 void Island<S>::predict(S h) {
-    externalImpulse.setZero();
     for (SolverBody<S>& body : bodies) {
         body.vBefore = body.v;
+        body.outside.setZero();
         body.gyroMomentum.setZero();
         body.offset.setZero();
         if (body.fixed) {
             continue;
         }
-        if (body.gyroscopic != GyroscopicRule::None) {
+        if (body.gyroscopic != GyroscopicRule::None || !body.stiffening.isZero()) {
             body.refreshInertia();
         }
         body.v += h * body.applyInverseMass(body.force);
@@ -81,7 +107,7 @@ void Island<S>::predict(S h) {
         if (body.angularDecay > S(0)) {
             body.v.template tail<3>() *= std::exp(-body.angularDecay * h);
         }
-        externalImpulse += body.mass * (body.v - body.vBefore).template head<3>();
+        body.outside = body.applyMass(body.v - body.vBefore);
         if (body.gyroscopic != GyroscopicRule::None) {
             const Mat3<S> R = body.pose.rotation.toRotationMatrix();
             const Vec3<S> w = body.v.template tail<3>();

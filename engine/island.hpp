@@ -30,6 +30,9 @@ struct SolverBody {
     Vec3<S> acceleration = Vec3<S>::Zero();  // m/s2, mean over the last step
     Vec3<S> stiffening = Vec3<S>::Zero();    // kg m2, of the diagonal of `inertia`: geometric stiffness, no mass
     Vec6<S> vBefore = Vec6<S>::Zero();       // twist at the start of the sub-step
+    Vec6<S> outside = Vec6<S>::Zero();       // N s, N m s: what forces, damping and impacts gave it in this sub-step
+    S unexplained = 0;     // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows explain
+    double tolerance = 0;  // m, BodyDef::tolerance
     // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
     // short of the angular momentum after its forces and impulses.
     Vec3<S> gyroMomentum = Vec3<S>::Zero();
@@ -71,12 +74,13 @@ struct SolveReport {
     int rows = 0;
     bool unconverged = false;
     // A refused sub-step has changed nothing but the bodies, which must be put back.
-    bool tooLong = false;       // refused: shorter sub-steps are needed
-    bool restart = false;       // refused: the whole step must begin anew (the solver has changed its mind about how)
-    bool newtonFailed = false;  // direct: the contact problem was not solved within the cap of rounds
-    double residual = 0;        // m/s, worst row of the natural map, where computed
-    double energyGained = 0;    // J
-    double momentumDefect = 0;  // N s
+    bool tooLong = false;         // refused: shorter sub-steps are needed
+    bool restart = false;         // refused: the whole step must begin anew (the solver has changed its mind about how)
+    bool newtonFailed = false;    // direct: the contact problem was not solved within the cap of rounds
+    double residual = 0;          // m/s, worst row of the natural map, where computed
+    double energyGained = 0;      // J
+    double momentumDefect = 0;    // N s
+    double residualMomentum = 0;  // sqrt(J), of the worst sub-step
 
     bool refused() const { return tooLong || restart; }
     SolveReport& operator+=(const SolveReport& o);
@@ -94,13 +98,21 @@ struct Island {
         ContactPatch<S>* patch;
         int a, b;
     };
+    // A near pair, whether it touches or not.
+    struct PairLink {
+        PairContacts<S>* pair;
+        const Body<S>* bodyA;
+        const Body<S>* bodyB;
+        int a, b;
+    };
     struct LockLink {
         const Body<S>* body;
         int fixedBody, b;  // fixedBody: an index of a static stand-in for the world
         std::vector<S>* lambda;
     };
     std::vector<JointLink> joints;
-    std::vector<PatchLink> patches;
+    std::vector<PairLink> pairs;
+    std::vector<PatchLink> patches;  // of all pairs, in their order
     std::vector<LockLink> locks;
 
     // Rows of this sub-step: joints first, then locks, then contact points.
@@ -108,14 +120,14 @@ struct Island {
     std::vector<RowBlock<S>> blocks;
     int jointBlocks = 0;  // blocks before this one belong to joints and locks, whose C bends with the motion
 
-    Vec3<S> externalImpulse =
-        Vec3<S>::Zero();  // N s, given to the dynamic bodies by forces, damping and impacts in this sub-step
     // What is kept from step to step of how the island was solved.
     struct Memory {
         std::any solver;     // orders and patterns: for speed alone, never part of the answer
         int halvings = 0;    // of the sub-step, because one was refused
         int backoff = 0;     // auto: steps that sweeps take over for when `direct` fails next
         int sweepSteps = 0;  // auto: of those, still to come
+        int level = 0;       // of refinement (refine.hpp), because the error asked for needed it
+        int calmSteps = 0;   // in which one level less would have done
     };
     Memory memory;
     bool isLast = false;             // whether this sub-step is the last of its step
@@ -126,6 +138,10 @@ struct Island {
     bool mayHalveOnFailure = false;  // auto: an unsolved contact problem is worth shorter sub-steps
     int roundCap = 0;  // auto: the most Newton rounds that this island's bound pays for; 0: no cap but the solver's own
 
+    // Looks for contacts anew at the bodies' present poses; points that are still there keep their forces.
+    void detect(const ContactReach& reach, NarrowCounts& counts);
+    // Takes the patches of the pairs as they are, at the bodies' present poses.
+    void collectPatches();
     // v <- the mean twist of the sub-step without constraints: h (force / M) and damping at its start, then the mean of
     // the free spin (by need).
     void predict(S h);

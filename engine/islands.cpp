@@ -26,6 +26,7 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionS
     if (!s.particle) {
         s.localInverseInertia = body.inertia.inverse();
     }
+    s.tolerance = body.def.tolerance;
     s.force << body.mass * static_cast<S>(body.def.gravityScale) * motion.gravity + body.force, body.torque;
     s.linearDecay = static_cast<S>(body.def.linearDamping);
     s.angularDecay = static_cast<S>(body.def.angularDamping);
@@ -150,7 +151,6 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         }
         return found->second;
     };
-    const auto islandFor = [&](std::uint32_t a, std::uint32_t b) { return islandOf[dynamic(a) ? a : b]; };
     for (std::size_t j = 0; j < joints.slotCount(); ++j) {
         if (!joints.used(j)) {
             continue;
@@ -187,22 +187,25 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
             }
         }
     }
+    const auto islandFor = [&](std::uint32_t a, std::uint32_t b) {
+        if (dynamic(a) && dynamic(b)) {
+            return islandOf[a] == islandOf[b] ? islandOf[a] : -1;
+        }
+        return islandOf[dynamic(a) ? a : b];
+    };
     for (PairContacts<S>& pair : contacts.pairs()) {
-        if (pair.patches.empty()) {
+        if (pair.patches.empty() && !motion.detectsWithin) {
             continue;
         }
-        const int k = islandFor(pair.pair.a, pair.pair.b);
-        if (k >= 0) {
+        if (const int k = islandFor(pair.pair.a, pair.pair.b); k >= 0) {
             const std::size_t island = static_cast<std::size_t>(k);
             const int a = localOf(island, pair.pair.a);
             const int b = localOf(island, pair.pair.b);
-            for (ContactPatch<S>& patch : pair.patches) {
-                for (ContactPointState<S>& point : patch.points) {
-                    point.geometry.startStep(bodies[pair.pair.a].pose, bodies[pair.pair.b].pose);
-                }
-                awake_[island].patches.push_back({&patch, a, b});
-            }
+            awake_[island].pairs.push_back({&pair, &bodies[pair.pair.a], &bodies[pair.pair.b], a, b});
         }
+    }
+    for (Island<S>& island : awake_) {
+        island.collectPatches();
     }
 }
 

@@ -13,6 +13,7 @@ struct MotionSettings {
     Vec3<S> gravity = Vec3<S>::Zero();  // m/s2
     GyroscopicRule gyroscopic = GyroscopicRule::Midpoint;
     bool gyroscopicInertia = false;
+    bool detectsWithin = false;  // contacts may be looked for anew within the step: pairs without any are needed too
 };
 
 template <class S>

@@ -1,4 +1,5 @@
 #include <cairn/engine/ledger.hpp>
+#include <cairn/engine/motion.hpp>
 
 namespace cairn {
 namespace {
@@ -24,28 +25,44 @@ S totalKineticEnergy(const Island<S>& island) {
     return sum;
 }
 
+// Where the gyroscopic rule carries angular momentum, that; else what a spin that does not turn by itself makes of it.
 template <class S>
-Vec3<S> momentum(const Island<S>& island) {
-    Vec3<S> sum = Vec3<S>::Zero();
-    for (const SolverBody<S>& body : island.bodies) {
-        sum += body.mass * body.v.template head<3>();
+Vec6<S> momentum(const SolverBody<S>& body) {
+    Vec6<S> p;
+    p << body.mass * body.v.template head<3>(), Vec3<S>::Zero();
+    if (carriesMomentum(body.gyroscopic)) {
+        const Quat<S>& R = body.pose.rotation;
+        p.template tail<3>() = R * (body.localInertia * (R.conjugate() * Vec3<S>(body.v.template tail<3>())));
+    } else {
+        p.template tail<3>().noalias() = body.inertia * body.v.template tail<3>();
     }
-    return sum;
+    return p;
 }
 
 }  // namespace
 
 template <class S>
-Ledger<S>::Ledger(const Island<S>& island) : kineticEnergy_(totalKineticEnergy(island)), momentum_(momentum(island)) {}
+Ledger<S>::Ledger(const Island<S>& island) : kineticEnergy_(totalKineticEnergy(island)) {
+    momentum_.reserve(island.bodies.size());
+    for (const SolverBody<S>& body : island.bodies) {
+        momentum_.push_back(momentum(body));
+    }
+}
 
 template <class S>
-void Ledger<S>::close(const Island<S>& island, S h, SolveReport& report) const {
+void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
     S explained = 0;
     S load = 0;  // N s
-    for (const SolverBody<S>& body : island.bodies) {
+    static thread_local std::vector<Vec6<S>> unexplained;
+    unexplained.resize(island.bodies.size());
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        const SolverBody<S>& body = island.bodies[i];
         explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
+        if (!body.fixed) {
+            unexplained[i] = momentum(body) - momentum_[i] - body.outside;
+        }
     }
-    Vec3<S> outside = island.externalImpulse;
+    Vec3<S> fromFixed = Vec3<S>::Zero();
     for (const RowBlock<S>& block : island.blocks) {
         bool driven = false;
         for (int k = 0; k < block.bodyCount(); ++k) {
@@ -55,15 +72,22 @@ void Ledger<S>::close(const Island<S>& island, S h, SolveReport& report) const {
         for (int r = 0; r < block.count; ++r) {
             const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
             const S p = h * row.lambda;
+            if (p == S(0)) {
+                continue;
+            }
             load += std::abs(p);
             const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
             for (int k = 0; k < block.bodyCount(); ++k) {
-                const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+                const std::size_t i = static_cast<std::size_t>(block.body(k));
+                const SolverBody<S>& body = island.bodies[i];
                 const Vec6<S> g = bodyGradient(row, block, k);
                 if (body.fixed) {
                     // What the fixed body takes, the others get from outside.
-                    outside -= p * g.template head<3>();
-                } else if (row.isSoft() || motor || driven) {
+                    fromFixed -= p * g.template head<3>();
+                    continue;
+                }
+                unexplained[i] -= p * g;
+                if (row.isSoft() || motor || driven) {
                     explained += S(0.5) * p * g.dot(body.vBefore + body.v);
                 }
             }
@@ -73,7 +97,21 @@ void Ledger<S>::close(const Island<S>& island, S h, SolveReport& report) const {
     // nothing.
     const S gained = totalKineticEnergy(island) - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * load;
     report.energyGained += std::max(0.0, static_cast<double>(gained));
-    report.momentumDefect += static_cast<double>((momentum(island) - momentum_ - outside).norm());
+    Vec3<S> defect = -fromFixed;
+    S squared = 0;
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        SolverBody<S>& body = island.bodies[i];
+        if (body.fixed) {
+            continue;
+        }
+        // Together, what the rows gave cancels, but for what came from fixed bodies.
+        defect += momentum(body).template head<3>() - momentum_[i].template head<3>() - body.outside.template head<3>();
+        const S own = unexplained[i].dot(body.applyInverseMass(unexplained[i]));
+        body.unexplained = std::max(body.unexplained, std::sqrt(own));
+        squared += own;
+    }
+    report.momentumDefect += static_cast<double>(defect.norm());
+    report.residualMomentum = std::max(report.residualMomentum, static_cast<double>(std::sqrt(squared)));
 }
 
 template class Ledger<float>;

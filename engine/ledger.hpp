@@ -13,11 +13,13 @@ public:
     // Kinetic energy is compared with the work of forces by the trapezium of the twists, which contacts and joints can
     // only lower; springs, motors and kinematic bodies may add what their rows did. Creep of the loads at 1e-5 m/s is
     // below what is counted.
-    void close(const Island<S>& island, S h, SolveReport& report) const;
+    // Each body's own balance of momentum, what it has less what it had and what forces, impacts and rows gave it, is
+    // the residual of its equation of motion: |M (v - v*) - J^T p| in the norm of M^-1, sqrt(J).
+    void close(Island<S>& island, S h, SolveReport& report) const;
 
 private:
     S kineticEnergy_;
-    Vec3<S> momentum_;
+    std::vector<Vec6<S>> momentum_;  // of each body, N s and N m s, world axes about its centre
 };
 
 }  // namespace cairn

@@ -18,6 +18,9 @@ std::vector<std::string> flagNames(std::uint32_t flags) {
     if (flags & FlagRefused) {
         names.push_back("refused");
     }
+    if (flags & FlagTolerance) {
+        names.push_back("tolerance");
+    }
     return names;
 }
 
@@ -37,6 +40,15 @@ std::string StepReport::summary() const {
     }
     if (flags & FlagUnconverged) {
         line += "; " + std::to_string(counts.unconverged) + " islands above tolerance";
+    }
+    if (flags & FlagTolerance) {
+        char over[100];
+        double worst = 0;
+        for (const IslandReport& island : islands) {
+            worst = std::max(worst, island.overTolerance);
+        }
+        std::snprintf(over, sizeof over, "; an error is %.3g times what was asked", worst);
+        line += over;
     }
     if (flags & FlagRepaired) {
         line += "; " + std::to_string(counts.narrow.repairedFailures) + " narrow-phase answers repaired";

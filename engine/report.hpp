@@ -6,16 +6,35 @@
 
 namespace cairn {
 
+// How wrong a step was: formulas, and what each cannot tell, in docs/accuracy.md.
 struct StepError {
-    double maxPenetration = 0;                 // m, deepest contact point after the step
-    double meanPenetration = 0;                // m, over the contact points that touch
-    double maxJointGap = 0;                    // m, largest violation of a joint's linear rows after the step
-    double maxJointAngle = 0;                  // rad, largest violation of a joint's angular rows
-    std::optional<double> residualConstraint;  // sqrt(J); facts/solvers 2.8; empty where a solver does not compute it
-    std::optional<double> residualMomentum;    // sqrt(J)
-    std::optional<double> coneViolation;       // N, max of |lambda_t| - mu lambda_n
-    double energyGained = 0;                   // J, energy that no force explains and that the step added, >= 0
-    double momentumDefect = 0;                 // N s, change of momentum that no external impulse explains
+    double maxPenetration = 0;      // m, deepest contact point after the step
+    double meanPenetration = 0;     // m, over the contact points that touch
+    double maxJointGap = 0;         // m, largest violation of a joint's linear rows after the step
+    double maxJointAngle = 0;       // rad, largest violation of a joint's angular rows
+    double position = 0;            // m, worst row: gap, penetration, hovering under load, slip in a step
+    double velocity = 0;            // m/s, worst row: speed at which an error grew; slip that friction should have held
+    double residualConstraint = 0;  // sqrt(J), root of the sum over rows of error^2 / (A h^2)
+    double residualMomentum = 0;    // sqrt(J), root of the sum over bodies of |unexplained momentum|^2 / M
+    double coneViolation = 0;       // N, max of |lambda_t| - mu lambda_n
+    std::optional<double> residualCoulomb;  // sqrt(J), natural map of Coulomb's law; AccuracyDef::coulomb
+    double energyGained = 0;                // J, energy that no force explains and that the step added, >= 0
+    double momentumDefect = 0;              // N s, change of momentum that no external impulse explains
+};
+
+// One awake island after a step.
+struct IslandReport {
+    BodyId lowest;  // of its bodies, the one of lowest index
+    int bodies = 0;
+    int rows = 0;
+    int pieces = 1;                 // that the step was cut into
+    int attempts = 1;               // solutions tried, until one was within what AccuracyDef asks
+    bool swept = false;             // whether sweeps had a part in it
+    double position = 0;            // m, as StepError's
+    double velocity = 0;            // m/s
+    double overTolerance = 0;       // worst error over what was asked; above 1: not reached. 0 where nothing was asked
+    double residualConstraint = 0;  // sqrt(J)
+    double residualMomentum = 0;    // sqrt(J)
 };
 
 struct StepCounts {
@@ -31,6 +50,7 @@ struct StepCounts {
     int newtonRounds = 0;    // summed over islands
     int factorisations = 0;  // of H
     int unconverged = 0;     // islands left above tolerance
+    int attempts = 0;        // solutions of islands; more than `islands` where AccuracyDef asked for better ones
     NarrowCounts narrow;
 };
 
@@ -47,6 +67,7 @@ enum StepFlag : std::uint32_t {
     FlagUnconverged = 2,  // an island's answer is above tolerance (counts.unconverged), or a joint is open by .1 m
     FlagRepaired = 4,     // the narrow phase had to repair an answer of FCL; counts.narrow says how often
     FlagRefused = 8,      // dt was not in (0, 1] s: nothing moved
+    FlagTolerance = 16,   // an island's error is above what AccuracyDef asks, at AccuracyDef::mostPieces
 };
 
 struct StepReport {
@@ -57,9 +78,10 @@ struct StepReport {
     StepError error;
     StepCounts counts;
     StepTimes times;
-    std::vector<BodyId> nonFinite;  // the bodies behind FlagNonFinite
+    std::vector<IslandReport> islands;  // awake ones, by lowest body
+    std::vector<BodyId> nonFinite;      // the bodies behind FlagNonFinite
 
-    bool ok() const { return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused)) == 0; }
+    bool ok() const { return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused | FlagTolerance)) == 0; }
     std::string summary() const;  // one line in words
 };
 

@@ -387,7 +387,7 @@ std::vector<JointView> World<S>::jointViews() const {
         std::vector<Row<S>> rows;
         RowBlock<S> block;
         joint.linearize(poses, rows, block);
-        const auto error = Impl::jointError(rows);
+        const JointError error = jointError(rows);
         JointView& view = views.emplace_back();
         view.id = impl_->joints.idAt(j);
         view.a = joint.a;

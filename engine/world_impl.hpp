@@ -1,7 +1,7 @@
 #pragma once
 // What a world holds. world.cpp is its face, world_step.cpp moves it.
 #include <cairn/engine/islands.hpp>
-#include <cairn/engine/solvers/solver.hpp>
+#include <cairn/engine/refine.hpp>
 #include <cairn/engine/world.hpp>
 
 namespace cairn {
@@ -61,26 +61,25 @@ struct World<S>::Impl {
 
     void step(S dt);
 
-    struct JointError {
-        double gap = 0;
-        double angle = 0;
-    };
-    static JointError jointError(const std::vector<Row<S>>& rows);
-
 private:
     void moveProxies(double dt);
-    // A solver may refuse a sub-step. One too long for the motion is halved, at most `mostHalvings` times; what was
-    // needed is remembered, and one halving fewer tried in the next step.
-    SolveReport advance(Island<S>& island, S dt) const;
     void writeBack(const Island<S>& island, S dt);
     void moveKinematic(S dt);
     void forgetForces(std::uint32_t body);
     // A body whose numbers went non-finite goes back to where it was before the step, at rest, and is named in the
     // report.
     void restoreNonFinite(const Island<S>& island, const std::vector<Pose<S>>& before);
-    // Errors as they stand at the end of the step, and the contacts' separations with them.
-    void measure(Island<S>& island, double& penetrationSum, int& touching);
-    void countAndClose(double penetrationSum, int touching);
+    // Sums over islands.
+    struct Totals {
+        double constraint = 0;   // J
+        double momentum = 0;     // J
+        double coulomb = 0;      // J
+        double penetration = 0;  // m
+        int touching = 0;
+    };
+    void record(const Island<S>& island, const Solution& solution, Totals& totals);
+    void countAndClose(const Totals& totals);
+    bool accuracyAsked() const;
 };
 
 }  // namespace cairn

@@ -1,4 +1,3 @@
-#include <cairn/engine/ledger.hpp>
 #include <cairn/engine/world_impl.hpp>
 
 #include <cmath>
@@ -7,7 +6,10 @@ namespace cairn {
 
 template <class S>
 void World<S>::Impl::step(S dt) {
+    std::vector<IslandReport> room = std::move(report.islands);
     report = {};
+    report.islands = std::move(room);
+    report.islands.clear();
     report.dt = static_cast<double>(dt);
     if (!(dt > S(0)) || !(dt <= S(1))) {
         report.flags = FlagRefused;
@@ -26,13 +28,15 @@ void World<S>::Impl::step(S dt) {
     {
         const StageTimer timer(report.times.islands);
         islands.rebuild(bodies, joints, contacts,
-                        {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia});
+                        {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia, accuracyAsked()});
     }
     std::vector<Island<S>>& awake = islands.awake();
-    std::vector<SolveReport> solved(awake.size());
+    std::vector<Solution> solved(awake.size());
     {
         const StageTimer timer(report.times.solve);
-        parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) { solved[k] = advance(awake[k], dt); });
+        parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) {
+            solved[k] = solveIsland(awake[k], *solver, dt, def.accuracy, def.contactMargin);
+        });
     }
     std::vector<Pose<S>> before(bodies.slotCount());
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
@@ -41,24 +45,14 @@ void World<S>::Impl::step(S dt) {
         bodies[i].torque.setZero();
     }
     moveKinematic(dt);
-    double penetrationSum = 0;
-    int touching = 0;
+    Totals totals;
     for (std::size_t k = 0; k < awake.size(); ++k) {
         writeBack(awake[k], dt);
         restoreNonFinite(awake[k], before);
-        measure(awake[k], penetrationSum, touching);
-        const SolveReport& s = solved[k];
-        report.counts.rows += s.rows;
-        report.counts.directIslands += s.directSolves > 0 ? 1 : 0;
-        report.counts.sweptIslands += s.sweptSolves > 0 ? 1 : 0;
-        report.counts.newtonRounds += s.newtonRounds;
-        report.counts.factorisations += s.factorisations;
-        report.counts.unconverged += s.unconverged ? 1 : 0;
-        report.error.energyGained += s.energyGained;
-        report.error.momentumDefect += s.momentumDefect;
+        record(awake[k], solved[k], totals);
     }
     islands.updateSleep(bodies, def.sleep, static_cast<double>(dt));
-    countAndClose(penetrationSum, touching);
+    countAndClose(totals);
 }
 
 template <class S>
@@ -69,49 +63,6 @@ void World<S>::Impl::moveProxies(double dt) {
             broadPhase.move(i, reach(b, dt), dt * b.v.template cast<double>());
         }
     }
-}
-
-template <class S>
-SolveReport World<S>::Impl::advance(Island<S>& island, S dt) const {
-    constexpr int mostHalvings = 5;
-    const std::vector<SolverBody<S>> start = island.bodies;
-    std::vector<SolverBody<S>> before;
-    int& halvings = island.memory.halvings;
-    halvings = std::max(0, halvings - 1);
-    int left = solver->substeps(island, dt) << halvings;
-    S h = dt / static_cast<S>(left);
-    SolveReport sum;
-    while (left > 0) {
-        before = island.bodies;
-        island.isLast = left == 1;
-        island.mayRefuse = halvings < mostHalvings;
-        const Ledger<S> ledger(island);
-        SolveReport one = solver->advance(island, h);
-        if (one.refused()) {
-            const bool anew = one.restart;
-            SolveReport cost;
-            cost.newtonRounds = sum.newtonRounds * (anew ? 1 : 0) + one.newtonRounds;
-            cost.factorisations = sum.factorisations * (anew ? 1 : 0) + one.factorisations;
-            if (anew) {
-                island.bodies = start;
-                sum = cost;
-                halvings = 0;
-                left = solver->substeps(island, dt);
-                h = dt / static_cast<S>(left);
-            } else {
-                island.bodies = before;
-                sum += cost;
-                ++halvings;
-                left *= 2;
-                h *= S(0.5);
-            }
-            continue;
-        }
-        ledger.close(island, h, one);
-        sum += one;
-        --left;
-    }
-    return sum;
 }
 
 template <class S>
@@ -173,58 +124,67 @@ void World<S>::Impl::restoreNonFinite(const Island<S>& island, const std::vector
 }
 
 template <class S>
-void World<S>::Impl::measure(Island<S>& island, double& penetrationSum, int& touching) {
-    std::vector<S> C;
-    island.contactErrors(C);
-    std::size_t next = 0;
-    for (const auto& link : island.patches) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
-            ContactPointState<S>& point = link.patch->points[k];
-            point.separation = C[next++];
-            const double depth = std::max(0.0, -static_cast<double>(point.separation));
-            report.error.maxPenetration = std::max(report.error.maxPenetration, depth);
-            if (point.separation <= S(0) || point.normalForce > S(0)) {
-                penetrationSum += depth;
-                ++touching;
-            }
-        }
+void World<S>::Impl::record(const Island<S>& island, const Solution& solution, Totals& totals) {
+    const SolveReport& s = solution.report;
+    const IslandError& e = solution.error;
+    StepCounts& counts = report.counts;
+    counts.rows += s.rows;
+    counts.directIslands += s.directSolves > 0 ? 1 : 0;
+    counts.sweptIslands += s.sweptSolves > 0 ? 1 : 0;
+    counts.newtonRounds += s.newtonRounds;
+    counts.factorisations += s.factorisations;
+    counts.unconverged += s.unconverged ? 1 : 0;
+    counts.attempts += solution.attempts;
+    counts.narrow += solution.narrow;
+    StepError& error = report.error;
+    error.maxPenetration = std::max(error.maxPenetration, e.maxPenetration);
+    error.maxJointGap = std::max(error.maxJointGap, e.maxJointGap);
+    error.maxJointAngle = std::max(error.maxJointAngle, e.maxJointAngle);
+    error.position = std::max(error.position, e.position);
+    error.velocity = std::max(error.velocity, e.velocity);
+    error.coneViolation = std::max(error.coneViolation, e.cone);
+    error.energyGained += s.energyGained;
+    error.momentumDefect += s.momentumDefect;
+    totals.constraint += e.constraint;
+    totals.momentum += s.residualMomentum * s.residualMomentum;
+    totals.coulomb += e.coulomb;
+    totals.penetration += e.penetrationSum;
+    totals.touching += e.touching;
+    report.flags |= e.over > 1 ? static_cast<std::uint32_t>(FlagTolerance) : 0U;
+
+    IslandReport& one = report.islands.emplace_back();
+    for (const SolverBody<S>& body : island.bodies) {
+        one.bodies += body.fixed ? 0 : 1;
     }
-    std::vector<Row<S>> rows;
-    RowBlock<S> block;
-    for (const auto& link : island.joints) {
-        rows.clear();
-        block = {};
-        island.linearizeJoint(link, rows, block);
-        const JointError error = jointError(rows);
-        report.error.maxJointGap = std::max(report.error.maxJointGap, error.gap);
-        report.error.maxJointAngle = std::max(report.error.maxJointAngle, error.angle);
-    }
+    one.lowest = bodies.idAt(island.bodies.front().index);
+    one.rows = s.rows;
+    one.pieces = solution.pieces;
+    one.attempts = solution.attempts;
+    one.swept = s.sweptSolves > 0;
+    one.position = e.position;
+    one.velocity = e.velocity;
+    one.overTolerance = e.over;
+    one.residualConstraint = std::sqrt(e.constraint);
+    one.residualMomentum = s.residualMomentum;
 }
 
 template <class S>
-typename World<S>::Impl::JointError World<S>::Impl::jointError(const std::vector<Row<S>>& rows) {
-    double linear = 0;
-    JointError error;
-    for (const Row<S>& row : rows) {
-        const double violation = static_cast<double>(row.violation());
-        if (row.isAngular) {
-            error.angle = std::max(error.angle, violation);
-        } else {
-            linear += violation * violation;
-        }
+bool World<S>::Impl::accuracyAsked() const {
+    bool asked = def.accuracy.position > 0 || def.accuracy.velocity > 0;
+    for (std::size_t i = 0; i < bodies.slotCount() && !asked; ++i) {
+        asked = bodies.used(i) && bodies[i].def.tolerance > 0;
     }
-    error.gap = std::sqrt(linear);
-    return error;
+    return asked;
 }
 
 template <class S>
-void World<S>::Impl::countAndClose(double penetrationSum, int touching) {
+void World<S>::Impl::countAndClose(const Totals& totals) {
     StepCounts& c = report.counts;
     c.bodies = static_cast<int>(bodies.count());
     c.joints = static_cast<int>(joints.count());
     c.pairs = static_cast<int>(contacts.pairs().size());
     c.islands = static_cast<int>(islands.awake().size());
-    c.narrow = contacts.counts();
+    c.narrow += contacts.counts();
     for (const PairContacts<S>& pair : contacts.pairs()) {
         for (const ContactPatch<S>& patch : pair.patches) {
             c.contacts += patch.manifold.count;
@@ -238,10 +198,15 @@ void World<S>::Impl::countAndClose(double penetrationSum, int touching) {
         c.awake += b.awake ? 1 : 0;
         const Vec3<S> w = b.pose.rotation.conjugate() * b.w;
         report.kineticEnergy += 0.5 * static_cast<double>(b.mass * b.v.squaredNorm() + w.dot(b.inertia * w));
-        report.potentialEnergy -= static_cast<double>(b.mass) * b.def.gravityScale *
-                                  def.gravity.dot(b.pose.position.template cast<double>());
+        report.potentialEnergy -=
+            static_cast<double>(b.mass) * b.def.gravityScale * def.gravity.dot(b.pose.position.template cast<double>());
     }
-    report.error.meanPenetration = touching > 0 ? penetrationSum / touching : 0;
+    report.error.meanPenetration = totals.touching > 0 ? totals.penetration / totals.touching : 0;
+    report.error.residualConstraint = std::sqrt(totals.constraint);
+    report.error.residualMomentum = std::sqrt(totals.momentum);
+    if (def.accuracy.coulomb) {
+        report.error.residualCoulomb = std::sqrt(totals.coulomb);
+    }
     report.flags |= report.nonFinite.empty() ? 0U : static_cast<std::uint32_t>(FlagNonFinite);
     // A joint torn this far (m) says that its solver was given too little to do, whatever it reports itself.
     constexpr double tornJoint = 0.1;

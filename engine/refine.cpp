@@ -1,0 +1,153 @@
+#include <cairn/engine/ledger.hpp>
+#include <cairn/engine/refine.hpp>
+
+namespace cairn {
+namespace {
+
+// A solver may refuse a sub-step. One too long for the motion is halved, at most `mostHalvings` times; what was needed
+// is remembered, and one halving fewer tried in the next step. Gives the length of the last sub-step.
+template <class S>
+S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
+    constexpr int mostHalvings = 5;
+    const std::vector<SolverBody<S>> start = island.bodies;
+    std::vector<SolverBody<S>> before;
+    int& halvings = island.memory.halvings;
+    halvings = std::max(0, halvings - 1);
+    int left = solver.substeps(island, dt) << halvings;
+    S h = dt / static_cast<S>(left);
+    SolveReport sum;
+    while (left > 0) {
+        before = island.bodies;
+        island.isLast = left == 1;
+        island.mayRefuse = halvings < mostHalvings;
+        const Ledger<S> ledger(island);
+        SolveReport one = solver.advance(island, h);
+        if (one.refused()) {
+            const bool anew = one.restart;
+            SolveReport cost;
+            cost.newtonRounds = sum.newtonRounds * (anew ? 1 : 0) + one.newtonRounds;
+            cost.factorisations = sum.factorisations * (anew ? 1 : 0) + one.factorisations;
+            if (anew) {
+                island.bodies = start;
+                sum = cost;
+                halvings = 0;
+                left = solver.substeps(island, dt);
+                h = dt / static_cast<S>(left);
+            } else {
+                island.bodies = before;
+                sum += cost;
+                ++halvings;
+                left *= 2;
+                h *= S(0.5);
+            }
+            continue;
+        }
+        ledger.close(island, h, one);
+        sum += one;
+        --left;
+    }
+    total += sum;
+    return h;
+}
+
+// What a step changes of an island, so that it can be taken again.
+template <class S>
+class Checkpoint {
+public:
+    explicit Checkpoint(const Island<S>& island) : bodies_(island.bodies), halvings_(island.memory.halvings) {
+        for (const auto& link : island.pairs) {
+            pairs_.push_back(*link.pair);
+        }
+        for (const auto& link : island.joints) {
+            lambdas_.push_back(link.joint->lambda);
+        }
+        for (const auto& link : island.locks) {
+            lambdas_.push_back(*link.lambda);
+        }
+    }
+    void restore(Island<S>& island) const {
+        island.bodies = bodies_;
+        island.memory.halvings = halvings_;
+        for (std::size_t k = 0; k < pairs_.size(); ++k) {
+            *island.pairs[k].pair = pairs_[k];
+        }
+        auto lambda = lambdas_.begin();
+        for (const auto& link : island.joints) {
+            link.joint->lambda = *lambda++;
+        }
+        for (const auto& link : island.locks) {
+            *link.lambda = *lambda++;
+        }
+        island.collectPatches();
+    }
+
+private:
+    std::vector<SolverBody<S>> bodies_;
+    std::vector<PairContacts<S>> pairs_;
+    std::vector<std::vector<S>> lambdas_;
+    int halvings_;
+};
+
+template <class S>
+void attempt(Island<S>& island, Solver<S>& solver, S dt, const AccuracyDef& accuracy, double contactMargin,
+             Solution& solution) {
+    const S piece = dt / static_cast<S>(solution.pieces);
+    const ContactReach reach{contactMargin, static_cast<double>(piece)};
+    SolveReport report;
+    S h = piece;
+    for (int k = 0; k < solution.pieces; ++k) {
+        if (k > 0) {
+            island.detect(reach, solution.narrow);
+        }
+        h = advance(island, solver, piece, report);
+    }
+    report.newtonRounds += solution.report.newtonRounds;
+    report.factorisations += solution.report.factorisations;
+    solution.report = report;
+    solution.error = measureIsland(island, h, dt, accuracy);
+}
+
+constexpr int calmSteps = 8;
+// Half as many pieces err two to eight times as much; a share that spares most vain tries.
+constexpr double calmShare = 0.2;
+
+}  // namespace
+
+template <class S>
+Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const AccuracyDef& accuracy, double contactMargin) {
+    Solution solution;
+    const bool asked = accuracy.velocity > 0 || accuracy.position > 0 ||
+                       std::any_of(island.bodies.begin(), island.bodies.end(),
+                                   [](const SolverBody<S>& body) { return body.tolerance > 0; });
+    if (!asked) {
+        attempt(island, solver, dt, accuracy, contactMargin, solution);
+        return solution;
+    }
+    auto& memory = island.memory;
+    const Checkpoint<S> start(island);
+    solution.pieces = 1 << memory.level;
+    for (;;) {
+        attempt(island, solver, dt, accuracy, contactMargin, solution);
+        island.detect({contactMargin, static_cast<double>(dt)}, solution.narrow);
+        measurePenetration(island, accuracy, solution.error);
+        if (!(solution.error.over > 1) || 2 * solution.pieces > accuracy.mostPieces) {
+            break;
+        }
+        start.restore(island);
+        solution.pieces *= 2;
+        ++solution.attempts;
+        ++memory.level;
+        memory.calmSteps = 0;
+    }
+    memory.calmSteps = solution.error.over < calmShare ? memory.calmSteps + 1 : 0;
+    if (memory.calmSteps >= calmSteps && memory.level > 0) {
+        --memory.level;
+        memory.calmSteps = 0;
+    }
+    return solution;
+}
+
+template Solution solveIsland(Island<float>&, Solver<float>&, float, const AccuracyDef&, double);
+template Solution solveIsland(Island<double>&, Solver<double>&, double, const AccuracyDef&, double);
+
+}  // namespace cairn

@@ -1,0 +1,239 @@
+#include <cairn/engine/solvers/row_terms.hpp>
+#include <cairn/engine/step_error.hpp>
+
+namespace cairn {
+namespace {
+
+// x less its projection: by how much x misses the law "in [lo, hi], and pushed against a bound only if there".
+template <class S>
+S naturalMap(S x, S step, S lo, S hi) {
+    return x - std::clamp(x - step, lo, hi);
+}
+
+template <class S>
+class Measure {
+public:
+    Measure(Island<S>& island, S h, S dt, const AccuracyDef& accuracy)
+        : island_(island), h_(h), dt_(dt), accuracy_(accuracy) {}
+
+    IslandError run() {
+        island_.jointErrors(C_);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(island_.jointBlocks); ++k) {
+            joint(island_.blocks[k]);
+        }
+        std::size_t next = static_cast<std::size_t>(island_.jointBlocks);
+        for (const auto& link : island_.patches) {
+            const Pose<S>& a = island_.bodies[static_cast<std::size_t>(link.a)].pose;
+            const Pose<S>& b = island_.bodies[static_cast<std::size_t>(link.b)].pose;
+            for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
+                ContactPointState<S>& point = link.patch->points[k];
+                point.separation = point.geometry.separation(a, b);
+                contact(island_.blocks[next++], point.separation);
+            }
+        }
+        return error_;
+    }
+
+private:
+    // The tolerance that bodies of the block ask for, m; 0: none.
+    double tolerance(const RowBlock<S>& block) const {
+        double least = accuracy_.position;
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            const double own = island_.bodies[static_cast<std::size_t>(block.body(k))].tolerance;
+            least = own > 0 && (least == 0 || own < least) ? own : least;
+        }
+        return least;
+    }
+    void count(const RowBlock<S>& block, S position, S velocity) {
+        error_.position = std::max(error_.position, static_cast<double>(position));
+        error_.velocity = std::max(error_.velocity, static_cast<double>(velocity));
+        if (const double asked = tolerance(block); asked > 0) {
+            error_.over = std::max(error_.over, static_cast<double>(position) / asked);
+        }
+        if (accuracy_.velocity > 0) {
+            error_.over = std::max(error_.over, static_cast<double>(velocity) / accuracy_.velocity);
+        }
+    }
+    // The arm, m, at which an angular row's error shows: the bodies' radius of gyration about its axis.
+    S arm(const RowBlock<S>& block, S mobility) const {
+        S inverse = 0;
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            inverse += island_.bodies[static_cast<std::size_t>(block.body(k))].inverseMass;
+        }
+        return mobility > S(0) ? std::sqrt(inverse / mobility) : S(0);
+    }
+
+    // What of an error was there before the sub-step; a gap that was open has none.
+    static S onTheWay(S before, S miss, bool oneSided) {
+        return oneSided ? std::min(before, std::max(miss, S(0))) : before;
+    }
+
+    void joint(const RowBlock<S>& block) {
+        S gap = 0;
+        S squared = 0;   // m2
+        S drift = 0;     // m2, change of the error within the sub-step
+        S velocity = 0;  // m/s
+        for (std::size_t i = static_cast<std::size_t>(block.first);
+             i < static_cast<std::size_t>(block.first + block.count); ++i) {
+            Row<S> row = island_.rows[i];
+            const S before = row.C;
+            row.C = C_[i];
+            const S mobility = island_.mobility(row, block);
+            if (!(mobility > S(0))) {
+                continue;
+            }
+            const S lever = row.isAngular ? arm(block, mobility) : S(1);
+            if (row.isVelocity) {
+                const S step = island_.rowVelocity(row, block) - row.velocity;
+                const S grip = mobility * h_;
+                const S miss = naturalMap<S>(grip * row.lambda, step, grip * row.lo, grip * row.hi);
+                error_.constraint += static_cast<double>(miss * miss / mobility);
+                velocity = std::max(velocity, lever * std::abs(miss));
+                continue;
+            }
+            const S grip = mobility * h_ * h_;
+            const S give = row.isSoft() ? row.compliance * (row.lambda + row.damping * island_.rowVelocity(row, block))
+                                        : S(0);
+            const S miss = naturalMap<S>(grip * row.lambda, row.C + give, grip * row.lo, grip * row.hi);
+            error_.constraint += static_cast<double>(miss * miss / grip);
+            const S violation = row.violation();
+            if (row.isAngular) {
+                error_.maxJointAngle = std::max(error_.maxJointAngle, static_cast<double>(violation));
+            } else {
+                gap += violation * violation;
+            }
+            if (!row.isSoft()) {
+                squared += square(lever * miss);
+                drift += square(lever * (miss - onTheWay(before, miss, row.lo == S(0))));
+            }
+        }
+        error_.maxJointGap = std::max(error_.maxJointGap, static_cast<double>(std::sqrt(gap)));
+        count(block, std::max(std::sqrt(squared), dt_ * velocity), std::max(std::sqrt(drift) / h_, velocity));
+    }
+
+    void contact(const RowBlock<S>& block, S separation) {
+        const Row<S>* row = &island_.rows[static_cast<std::size_t>(block.first)];
+        const double depth = std::max(0.0, -static_cast<double>(separation));
+        error_.maxPenetration = std::max(error_.maxPenetration, depth);
+        if (separation <= S(0) || row[0].lambda > S(0)) {
+            error_.penetrationSum += depth;
+            ++error_.touching;
+        }
+        if (separation >= S(0) && row[0].lambda == S(0)) {
+            return;
+        }
+        const S mobility = island_.mobility(row[0], block);
+        const S miss = std::min(separation, mobility * h_ * h_ * row[0].lambda);
+        error_.constraint += static_cast<double>(miss * miss / (mobility * h_ * h_));
+        S slip = 0;
+        S u[2] = {0, 0};
+        const S mu = block.count == 3 ? frictionCoefficient(island_, block) : S(0);
+        if (block.count == 3) {
+            const S force = std::hypot(row[1].lambda, row[2].lambda);
+            error_.cone = std::max(error_.cone, static_cast<double>(force - mu * row[0].lambda));
+            const S across = S(0.5) * (island_.mobility(row[1], block) + island_.mobility(row[2], block));
+            S wanted[2];
+            for (int t = 0; t < 2; ++t) {
+                u[t] = island_.rowVelocity(row[1 + t], block);
+                wanted[t] = across * h_ * row[1 + t].lambda - u[t];
+            }
+            const S most = across * h_ * mu * row[0].lambda;
+            const S length = std::hypot(wanted[0], wanted[1]);
+            const S scale = length > most ? most / length : S(1);
+            for (int t = 0; t < 2; ++t) {
+                slip += square(across * h_ * row[1 + t].lambda - scale * wanted[t]);
+            }
+            error_.constraint += static_cast<double>(slip / across);
+            slip = std::sqrt(slip);
+        }
+        const S drift = std::abs(miss - onTheWay(row[0].C, miss, true));
+        count(block, std::max(std::abs(miss), dt_ * slip), std::max(drift / h_, slip));
+        if (accuracy_.coulomb) {
+            error_.coulomb += coulomb(row, block, separation, mobility, mu, u);
+        }
+    }
+
+    // |r - P_K(r - (u_n + mu |u_t|, u_t) / A)|^2 A, J, K the cone |r_t| <= mu r_n (De Saxce; facts/solvers 2.1). u_n is
+    // the speed of the gap that the sub-step leaves, what was deep before it aside.
+    double coulomb(const Row<S>* row, const RowBlock<S>& block, S separation, S mobility, S mu, const S* u) const {
+        const S un = (separation - std::min(row[0].C, S(0))) / h_ + mu * std::hypot(u[0], u[1]);
+        const S r[3] = {h_ * row[0].lambda, block.count == 3 ? h_ * row[1].lambda : S(0),
+                        block.count == 3 ? h_ * row[2].lambda : S(0)};
+        S to[3] = {r[0] - un / mobility, r[1] - u[0] / mobility, r[2] - u[1] / mobility};
+        const S across = std::hypot(to[1], to[2]);
+        if (across > mu * to[0]) {
+            const S along = std::max(S(0), (to[0] + mu * across) / (S(1) + mu * mu));
+            for (int t = 1; t < 3; ++t) {
+                to[t] *= across > S(0) ? mu * along / across : S(0);
+            }
+            to[0] = along;
+        }
+        return static_cast<double>(mobility * (square(r[0] - to[0]) + square(r[1] - to[1]) + square(r[2] - to[2])));
+    }
+    static S square(S x) { return x * x; }
+
+    Island<S>& island_;
+    S h_;
+    S dt_;
+    const AccuracyDef& accuracy_;
+    std::vector<S> C_;
+    IslandError error_;
+};
+
+}  // namespace
+
+template <class S>
+JointError jointError(const std::vector<Row<S>>& rows) {
+    double linear = 0;
+    JointError error;
+    for (const Row<S>& row : rows) {
+        const double violation = static_cast<double>(row.violation());
+        if (row.isAngular) {
+            error.angle = std::max(error.angle, violation);
+        } else {
+            linear += violation * violation;
+        }
+    }
+    error.gap = std::sqrt(linear);
+    return error;
+}
+
+template <class S>
+IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy) {
+    return Measure<S>(island, h, dt, accuracy).run();
+}
+
+template <class S>
+void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, IslandError& error) {
+    error.penetrationSum = 0;
+    error.touching = 0;
+    for (const auto& link : island.patches) {
+        double asked = accuracy.position;
+        for (const int body : {link.a, link.b}) {
+            const double own = island.bodies[static_cast<std::size_t>(body)].tolerance;
+            asked = own > 0 && (asked == 0 || own < asked) ? own : asked;
+        }
+        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
+            const ContactPointState<S>& point = link.patch->points[k];
+            const double depth = std::max(0.0, -static_cast<double>(point.separation));
+            error.maxPenetration = std::max(error.maxPenetration, depth);
+            error.position = std::max(error.position, depth);
+            if (asked > 0) {
+                error.over = std::max(error.over, depth / asked);
+            }
+            if (depth > 0 || point.normalForce > S(0)) {
+                error.penetrationSum += depth;
+                ++error.touching;
+            }
+        }
+    }
+}
+
+template JointError jointError(const std::vector<Row<float>>&);
+template JointError jointError(const std::vector<Row<double>>&);
+template IslandError measureIsland(Island<float>&, float, float, const AccuracyDef&);
+template IslandError measureIsland(Island<double>&, double, double, const AccuracyDef&);
+template void measurePenetration(const Island<float>&, const AccuracyDef&, IslandError&);
+template void measurePenetration(const Island<double>&, const AccuracyDef&, IslandError&);
+
+}  // namespace cairn
