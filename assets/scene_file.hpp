@@ -216,10 +216,21 @@ void describe(A& a, SleepDef& d) {
 }
 
 template <class A>
+void describe(A& a, AccuracyDef& d) {
+    a.field("position", d.position, {"m: error of a step that islands are solved again for; 0: not asked", 0});
+    a.field("velocity", d.velocity, {"m/s: the same for speeds; 0: not asked", 0});
+    a.field("mostPieces", d.mostPieces, {"that a step is cut into at most, to get there", 1, 1024});
+    a.field("coulomb", d.coulomb, {"whether the natural map of Coulomb's law is reported"});
+    a.field("budget", d.budget, {"s a step, under auto: the best that fits; 0: not asked", 0});
+    a.field("effort", d.effort, {"0 to 11: what a budget chose, taken again; -1: none", -1, 11});
+}
+
+template <class A>
 void describe(A& a, WorldFields& w) {
     a.field("gravity", w.def.gravity, {"m/s2"});
     a.field("dt", w.dt, {.text = "s, length of a step, at most 1", .least = 0, .most = 1, .above = true});
     a.field("solver", w.def.solver, {"which solver, and its numbers"});
+    a.field("accuracy", w.def.accuracy, {"how wrong a step may be, or how long it may take"});
     a.field("sleep", w.def.sleep, {"when bodies stop being computed"});
     a.field("gyroscopic", w.def.gyroscopic, {"how the spin of a body with unequal moments of inertia turns"});
     a.field("threads", w.def.threads, {"worker threads; they never change the result", 1, 1024});
@@ -365,6 +376,7 @@ void describe(A& a, BodyFields& b) {
     a.field("lockLinear", d.lockLinear, {"world axes along which the centre must not move"});
     a.field("lockAngular", d.lockAngular, {"world axes about which the body must not turn"});
     a.field("filter", d.filter, {"whom the body may hit"});
+    a.field("tolerance", d.tolerance, {"m: position error allowed at its contacts and joints; 0: the world's", 0});
     a.field("canSleep", d.canSleep, {"whether it may fall asleep"});
     a.field("awake", d.awake, {"whether it starts awake"});
     a.field("shapes", b.shapes, {"its geometry"});

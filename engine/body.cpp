@@ -29,6 +29,7 @@ void validate(const BodyDef& def) {
     requireFinite(def, "rotation", def.rotation.coeffs().allFinite());
     requireFinite(def, "gravityScale", std::isfinite(def.gravityScale));
     requireNotNegative(def, "mass", def.mass);
+    requireNotNegative(def, "tolerance", def.tolerance);
     requireNotNegative(def, "linearDamping", def.linearDamping);
     requireNotNegative(def, "angularDamping", def.angularDamping);
     if (!(def.rotation.norm() > 1e-6)) {

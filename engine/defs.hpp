@@ -111,6 +111,10 @@ struct AccuracyDef {
     double velocity = 0;   // m/s: StepError::velocity
     int mostPieces = 32;   // of a step, each with contacts found anew; a power of two
     bool coulomb = false;  // whether residualCoulomb is computed
+    // s a step, `auto` alone: the best that fits. Clocks differ from run to run; StepReport::effort says what was
+    // chosen.
+    double budget = 0;
+    int effort = -1;  // that choice made anew, 0 to 11, in place of the clock; -1: none
 };
 
 struct WorldDef {

@@ -122,12 +122,13 @@ struct Island {
 
     // What is kept from step to step of how the island was solved.
     struct Memory {
-        std::any solver;     // orders and patterns: for speed alone, never part of the answer
-        int halvings = 0;    // of the sub-step, because one was refused
-        int backoff = 0;     // auto: steps that sweeps take over for when `direct` fails next
-        int sweepSteps = 0;  // auto: of those, still to come
-        int level = 0;       // of refinement (refine.hpp), because the error asked for needed it
-        int calmSteps = 0;   // in which one level less would have done
+        std::any solver;      // orders and patterns: for speed alone, never part of the answer
+        int halvings = 0;     // of the sub-step, because one was refused
+        int backoff = 0;      // auto: steps that sweeps take over for when `direct` fails next
+        int sweepSteps = 0;   // auto: of those, still to come
+        double position = 0;  // m, IslandError::position of the last step
+        int level = 0;        // of refinement (refine.hpp), because the error asked for needed it
+        int calmSteps = 0;    // in which one level less would have done
     };
     Memory memory;
     bool isLast = false;             // whether this sub-step is the last of its step

@@ -89,10 +89,9 @@ private:
 };
 
 template <class S>
-void attempt(Island<S>& island, Solver<S>& solver, S dt, const AccuracyDef& accuracy, double contactMargin,
-             Solution& solution) {
+void attempt(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request, Solution& solution) {
     const S piece = dt / static_cast<S>(solution.pieces);
-    const ContactReach reach{contactMargin, static_cast<double>(piece)};
+    const ContactReach reach{request.contactMargin, static_cast<double>(piece)};
     SolveReport report;
     S h = piece;
     for (int k = 0; k < solution.pieces; ++k) {
@@ -104,33 +103,42 @@ void attempt(Island<S>& island, Solver<S>& solver, S dt, const AccuracyDef& accu
     report.newtonRounds += solution.report.newtonRounds;
     report.factorisations += solution.report.factorisations;
     solution.report = report;
-    solution.error = measureIsland(island, h, dt, accuracy);
+    solution.error = measureIsland(island, h, dt, request.accuracy);
 }
 
 constexpr int calmSteps = 8;
 // Half as many pieces err two to eight times as much; a share that spares most vain tries.
 constexpr double calmShare = 0.2;
+// m: an island that erred less in the last step gains nothing from more effort.
+constexpr double goodEnough = 1e-5;
+
+bool isAsked(const AccuracyDef& accuracy, double bodyTolerance) {
+    return accuracy.position > 0 || accuracy.velocity > 0 || bodyTolerance > 0;
+}
 
 }  // namespace
 
 template <class S>
-Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const AccuracyDef& accuracy, double contactMargin) {
+Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request) {
     Solution solution;
-    const bool asked = accuracy.velocity > 0 || accuracy.position > 0 ||
-                       std::any_of(island.bodies.begin(), island.bodies.end(),
-                                   [](const SolverBody<S>& body) { return body.tolerance > 0; });
-    if (!asked) {
-        attempt(island, solver, dt, accuracy, contactMargin, solution);
+    auto& memory = island.memory;
+    double bodyTolerance = 0;
+    for (const SolverBody<S>& body : island.bodies) {
+        bodyTolerance = std::max(bodyTolerance, body.tolerance);
+    }
+    if (!isAsked(request.accuracy, bodyTolerance)) {
+        solution.pieces = memory.position < goodEnough ? 1 : request.pieces;
+        attempt(island, solver, dt, request, solution);
+        memory.position = solution.error.position;
         return solution;
     }
-    auto& memory = island.memory;
     const Checkpoint<S> start(island);
     solution.pieces = 1 << memory.level;
     for (;;) {
-        attempt(island, solver, dt, accuracy, contactMargin, solution);
-        island.detect({contactMargin, static_cast<double>(dt)}, solution.narrow);
-        measurePenetration(island, accuracy, solution.error);
-        if (!(solution.error.over > 1) || 2 * solution.pieces > accuracy.mostPieces) {
+        attempt(island, solver, dt, request, solution);
+        island.detect({request.contactMargin, static_cast<double>(dt)}, solution.narrow);
+        measurePenetration(island, request.accuracy, solution.error);
+        if (!(solution.error.over > 1) || 2 * solution.pieces > request.accuracy.mostPieces) {
             break;
         }
         start.restore(island);
@@ -147,7 +155,7 @@ Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const AccuracyD
     return solution;
 }
 
-template Solution solveIsland(Island<float>&, Solver<float>&, float, const AccuracyDef&, double);
-template Solution solveIsland(Island<double>&, Solver<double>&, double, const AccuracyDef&, double);
+template Solution solveIsland(Island<float>&, Solver<float>&, float, const SolveRequest&);
+template Solution solveIsland(Island<double>&, Solver<double>&, double, const SolveRequest&);
 
 }  // namespace cairn

@@ -2,8 +2,8 @@
 // One island through one step: in sub-steps of its solver, and in as many pieces of time as its error asks for.
 //
 // A piece is a step of its own: contacts are found anew at its start. That is what takes penetration out of falling
-// heaps, where sub-steps over the contacts of the start do not (docs/accuracy.md); and since all solvers here err by h^2
-// or better, it is what brings sweeps down where they have to be used.
+// heaps, where sub-steps over the contacts of the start do not (docs/accuracy.md); and since all solvers here err by
+// h^2 or better, it is what brings sweeps down where they have to be used.
 #include <cairn/engine/solvers/solver.hpp>
 #include <cairn/engine/step_error.hpp>
 
@@ -17,10 +17,16 @@ struct Solution {
     int attempts = 1;
 };
 
-// Moves the island by dt. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance is
-// answered by doing the step again in twice as many pieces. The island remembers how many it needed; after some calm
+struct SolveRequest {
+    AccuracyDef accuracy;
+    double contactMargin = 0;  // m
+    int pieces = 1;            // where no tolerance is asked: of islands whose error is worth it
+};
+
+// Moves the island by dt. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance
+// is answered by doing the step again in twice as many pieces. The island remembers how many it needed; after some calm
 // steps it tries half as many. No clock has a say.
 template <class S>
-Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const AccuracyDef& accuracy, double contactMargin);
+Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request);
 
 }  // namespace cairn

@@ -75,6 +75,8 @@ struct StepReport {
     double kineticEnergy = 0;    // J, after the step
     double potentialEnergy = 0;  // J, of gravity, after the step
     std::uint32_t flags = 0;     // StepFlag bits
+    int effort = -1;             // that a budget allowed (AccuracyDef::effort); -1: no budget
+    double work = 0;             // what a budget plans by: rows and bodies of awake islands, counted before the solve
     StepError error;
     StepCounts counts;
     StepTimes times;

@@ -92,8 +92,8 @@ private:
                 continue;
             }
             const S grip = mobility * h_ * h_;
-            const S give = row.isSoft() ? row.compliance * (row.lambda + row.damping * island_.rowVelocity(row, block))
-                                        : S(0);
+            const S give =
+                row.isSoft() ? row.compliance * (row.lambda + row.damping * island_.rowVelocity(row, block)) : S(0);
             const S miss = naturalMap<S>(grip * row.lambda, row.C + give, grip * row.lo, grip * row.hi);
             error_.constraint += static_cast<double>(miss * miss / grip);
             const S violation = row.violation();

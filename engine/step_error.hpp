@@ -1,6 +1,6 @@
 #pragma once
-// How wrong an island is after a step: the natural map of each row, in metres, metres a second and root joules. Formulas
-// in docs/accuracy.md.
+// How wrong an island is after a step: the natural map of each row, in metres, metres a second and root joules.
+// Formulas in docs/accuracy.md.
 #include <cairn/engine/island.hpp>
 
 namespace cairn {
@@ -27,8 +27,8 @@ struct JointError {
 template <class S>
 JointError jointError(const std::vector<Row<S>>& rows);
 
-// Measures the island at its present poses, with the rows, twists and forces of its last sub-step, of length h (s), in a
-// step of dt (s). Contact points are told their separation.
+// Measures the island at its present poses, with the rows, twists and forces of its last sub-step, of length h (s), in
+// a step of dt (s). Contact points are told their separation.
 template <class S>
 IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy);
 

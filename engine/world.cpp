@@ -33,8 +33,30 @@ World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef) {
     if (!(def.restitutionSpeed >= 0)) {
         throw InputError("world.restitutionSpeed", std::to_string(def.restitutionSpeed), "give a speed >= 0 in m/s");
     }
+    requireAccuracy(def.accuracy);
     jobs = def.jobs ? def.jobs : makeTbbJobSystem(def.threads);
     solver = makeSolver<S>(settings());
+}
+
+template <class S>
+void World<S>::Impl::requireAccuracy(const AccuracyDef& accuracy) const {
+    const auto require = [](bool good, const char* field, double value, const char* remedy) {
+        if (!good) {
+            throw InputError(std::string("accuracy.") + field, std::to_string(value), remedy);
+        }
+    };
+    const auto amount = [](double value) { return value >= 0 && std::isfinite(value); };
+    require(amount(accuracy.position), "position", accuracy.position, "give a length in m, or 0 for none");
+    require(amount(accuracy.velocity), "velocity", accuracy.velocity, "give a speed in m/s, or 0 for none");
+    require(amount(accuracy.budget), "budget", accuracy.budget, "give seconds a step, or 0 for none");
+    require(accuracy.mostPieces >= 1 && accuracy.mostPieces <= 1024, "mostPieces", accuracy.mostPieces,
+            "give 1 to 1024");
+    require(accuracy.effort >= -1 && accuracy.effort < effortCount, "effort", accuracy.effort,
+            "give 0 (cheapest) to 11, or -1 for none");
+    if ((accuracy.budget > 0 || accuracy.effort >= 0) && def.solver.name != "auto") {
+        throw InputError("accuracy.budget", "with the solver \"" + def.solver.name + "\"",
+                         "use the solver auto, which may change what it does, or ask for no budget");
+    }
 }
 
 template <class S>
@@ -275,11 +297,18 @@ void World<S>::setSolver(const SolverDef& def) {
     const SolverDef old = impl_->def.solver;
     impl_->def.solver = def;
     try {
+        impl_->requireAccuracy(impl_->def.accuracy);
         impl_->solver = makeSolver<S>(impl_->settings());
+        impl_->efforts = {};
     } catch (...) {
         impl_->def.solver = old;
         throw;
     }
+}
+template <class S>
+void World<S>::setAccuracy(const AccuracyDef& accuracy) {
+    impl_->requireAccuracy(accuracy);
+    impl_->def.accuracy = accuracy;
 }
 template <class S>
 void World<S>::setMotor(JointId id, double speed, double most) {

@@ -66,6 +66,7 @@ public:
     void setPose(BodyId id, const Pose<S>& pose);
     void setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angular);
     void setSolver(const SolverDef& def);                      // from the next step on; lambda is kept
+    void setAccuracy(const AccuracyDef& accuracy);             // from the next step on
     void setMotor(JointId id, double speed, double maxForce);  // of a joint with a motorSpeed
     // For the next step only. World frame; `point` in world, default the centre of mass. Wakes the body.
     void applyForce(BodyId id, const Vec3<S>& force);

@@ -1,5 +1,6 @@
 #pragma once
 // What a world holds. world.cpp is its face, world_step.cpp moves it.
+#include <cairn/engine/budget.hpp>
 #include <cairn/engine/islands.hpp>
 #include <cairn/engine/refine.hpp>
 #include <cairn/engine/world.hpp>
@@ -11,6 +12,8 @@ struct World<S>::Impl {
     WorldDef def;
     std::shared_ptr<JobSystem> jobs;
     std::unique_ptr<Solver<S>> solver;
+    std::array<std::unique_ptr<Solver<S>>, effortCount> efforts;  // of a budget, made when first chosen
+    BudgetKeeper budget;
     BodyTable<S> bodies;
     JointTable<S> joints;
     std::vector<ProxyPair> deaf;  // jointed bodies that ignore each other; sorted, one entry a joint
@@ -21,6 +24,7 @@ struct World<S>::Impl {
 
     explicit Impl(const WorldDef& worldDef);
     SolverSettings settings() const;
+    void requireAccuracy(const AccuracyDef& accuracy) const;
     bool mayCollide(ProxyId a, ProxyId b) const;
     Body<S>& body(BodyId id) {
         requireId(id);
@@ -62,6 +66,7 @@ struct World<S>::Impl {
     void step(S dt);
 
 private:
+    void move(S dt);
     void moveProxies(double dt);
     void writeBack(const Island<S>& island, S dt);
     void moveKinematic(S dt);
@@ -77,6 +82,7 @@ private:
         double penetration = 0;  // m
         int touching = 0;
     };
+    void solveIslands(S dt, std::vector<Solution>& solved);
     void record(const Island<S>& island, const Solution& solution, Totals& totals);
     void countAndClose(const Totals& totals);
     bool accuracyAsked() const;

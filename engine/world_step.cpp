@@ -15,7 +15,17 @@ void World<S>::Impl::step(S dt) {
         report.flags = FlagRefused;
         return;
     }
-    const StageTimer total(report.times.total);
+    {
+        const StageTimer total(report.times.total);
+        move(dt);
+    }
+    if (report.effort >= 0) {
+        budget.learn(report.effort, report.work, report.times.solve, report.times.total - report.times.solve);
+    }
+}
+
+template <class S>
+void World<S>::Impl::move(S dt) {
     {
         const StageTimer timer(report.times.broadPhase);
         moveProxies(static_cast<double>(dt));
@@ -31,12 +41,10 @@ void World<S>::Impl::step(S dt) {
                         {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia, accuracyAsked()});
     }
     std::vector<Island<S>>& awake = islands.awake();
-    std::vector<Solution> solved(awake.size());
+    std::vector<Solution> solved;
     {
         const StageTimer timer(report.times.solve);
-        parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) {
-            solved[k] = solveIsland(awake[k], *solver, dt, def.accuracy, def.contactMargin);
-        });
+        solveIslands(dt, solved);
     }
     std::vector<Pose<S>> before(bodies.slotCount());
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
@@ -124,6 +132,35 @@ void World<S>::Impl::restoreNonFinite(const Island<S>& island, const std::vector
 }
 
 template <class S>
+void World<S>::Impl::solveIslands(S dt, std::vector<Solution>& solved) {
+    std::vector<Island<S>>& awake = islands.awake();
+    solved.resize(awake.size());
+    SolveRequest request{def.accuracy, def.contactMargin, 1};
+    Solver<S>* by = solver.get();
+    if (def.accuracy.budget > 0 || def.accuracy.effort >= 0) {
+        for (const Island<S>& island : awake) {
+            report.work += static_cast<double>(island.bodies.size() + 3 * island.joints.size());
+            for (const auto& link : island.patches) {
+                report.work += 3 * link.patch->manifold.count;
+            }
+        }
+        report.effort =
+            def.accuracy.effort >= 0 ? def.accuracy.effort : budget.choose(def.accuracy.budget, report.work);
+        const Effort effort = effortAt(report.effort, def.solver);
+        std::unique_ptr<Solver<S>>& made = efforts[static_cast<std::size_t>(report.effort)];
+        if (!made) {
+            SolverSettings its = settings();
+            its.def = effort.solver;
+            made = makeSolver<S>(its);
+        }
+        by = made.get();
+        request.pieces = effort.pieces;
+        request.accuracy.mostPieces = std::min(request.accuracy.mostPieces, effort.pieces);
+    }
+    parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) { solved[k] = solveIsland(awake[k], *by, dt, request); });
+}
+
+template <class S>
 void World<S>::Impl::record(const Island<S>& island, const Solution& solution, Totals& totals) {
     const SolveReport& s = solution.report;
     const IslandError& e = solution.error;
@@ -170,7 +207,8 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution, T
 
 template <class S>
 bool World<S>::Impl::accuracyAsked() const {
-    bool asked = def.accuracy.position > 0 || def.accuracy.velocity > 0;
+    bool asked =
+        def.accuracy.position > 0 || def.accuracy.velocity > 0 || def.accuracy.budget > 0 || def.accuracy.effort >= 0;
     for (std::size_t i = 0; i < bodies.slotCount() && !asked; ++i) {
         asked = bodies.used(i) && bodies[i].def.tolerance > 0;
     }
