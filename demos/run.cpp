@@ -68,7 +68,10 @@ void SceneRun::step() {
     RunResult& r = result_;
     ++r.steps;
     r.stepSeconds.push_back(seconds);
-    r.last = {report.error.maxPenetration, report.error.maxJointGap, report.error.maxJointAngle, displacement()};
+    r.last = {report.error.maxPenetration, report.error.maxJointGap, report.error.maxJointAngle, displacement(),
+              report.error.position,       report.error.velocity};
+    r.worst.position = std::max(r.worst.position, r.last.position);
+    r.worst.velocity = std::max(r.worst.velocity, r.last.velocity);
     r.worst.penetration = std::max(r.worst.penetration, r.last.penetration);
     r.worst.jointGap = std::max(r.worst.jointGap, r.last.jointGap);
     r.worst.jointAngle = std::max(r.worst.jointAngle, r.last.jointAngle);
@@ -81,6 +84,7 @@ void SceneRun::step() {
     keepWorst(r.residualConstraint, report.error.residualConstraint);
     keepWorst(r.residualMomentum, report.error.residualMomentum);
     keepWorst(r.coneViolation, report.error.coneViolation);
+    keepWorst(r.residualCoulomb, report.error.residualCoulomb);
     r.energyGained += report.error.energyGained;
     r.momentumDefect = std::max(r.momentumDefect, report.error.momentumDefect);
     r.peakKineticEnergy = std::max(r.peakKineticEnergy, report.kineticEnergy);
@@ -94,6 +98,14 @@ void SceneRun::step() {
     r.factorisations += report.counts.factorisations;
     r.unconverged += report.counts.unconverged;
     r.narrow += report.counts.narrow;
+    r.attempts += report.counts.attempts;
+    for (const IslandReport& island : report.islands) {
+        r.pieces += island.pieces;
+        r.rows += static_cast<std::int64_t>(island.rows) * island.pieces;
+    }
+    if (report.effort >= 0) {
+        r.efforts.push_back(report.effort);
+    }
 }
 
 void SceneRun::advanceTo(double time) {

@@ -10,6 +10,8 @@ struct ErrorSummary {
     double jointGap = 0;      // m
     double jointAngle = 0;    // rad
     double displacement = 0;  // m, of the dynamic body that is farthest from where it started
+    double position = 0;      // m, of the worst row (StepError::position)
+    double velocity = 0;      // m/s, of the worst row
 };
 
 struct RunResult {
@@ -39,6 +41,11 @@ struct RunResult {
     std::int64_t newtonRounds = 0;
     std::int64_t factorisations = 0;
     std::int64_t unconverged = 0;
+    std::int64_t attempts = 0;              // solutions of islands
+    std::int64_t pieces = 0;                // that islands' steps were cut into
+    std::int64_t rows = 0;                  // of islands, times their pieces: work that no clock distorts
+    std::optional<double> residualCoulomb;  // sqrt(J), worst
+    std::vector<int> efforts;               // of each step under a budget, for a replay; empty without
     NarrowCounts narrow;
 
     double meanMs() const;  // of stepSeconds, ms

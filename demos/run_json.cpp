@@ -35,20 +35,17 @@ Json resultJson(const RunResult& r) {
                            {"p50", number(r.percentileMs(0.5))},
                            {"p99", number(r.percentileMs(0.99))},
                            {"max", number(r.maxMs())}};
-    json["error"] = {{"max_penetration_m", number(r.worst.penetration)},
-                     {"final_penetration_m", number(r.last.penetration)},
-                     {"mean_penetration_m", number(r.meanPenetration)},
-                     {"max_joint_gap_m", number(r.worst.jointGap)},
-                     {"final_joint_gap_m", number(r.last.jointGap)},
-                     {"max_joint_angle_rad", number(r.worst.jointAngle)},
-                     {"final_joint_angle_rad", number(r.last.jointAngle)},
-                     {"max_displacement_m", number(r.worst.displacement)},
-                     {"final_displacement_m", number(r.last.displacement)},
-                     {"residual_constraint", number(r.residualConstraint)},
-                     {"residual_momentum", number(r.residualMomentum)},
-                     {"cone_violation", number(r.coneViolation)},
-                     {"energy_drift", number(energyDrift(r))},
-                     {"momentum_defect", number(r.momentumDefect)}};
+    json["error"] = {
+        {"max_penetration_m", number(r.worst.penetration)},    {"final_penetration_m", number(r.last.penetration)},
+        {"mean_penetration_m", number(r.meanPenetration)},     {"max_joint_gap_m", number(r.worst.jointGap)},
+        {"final_joint_gap_m", number(r.last.jointGap)},        {"max_joint_angle_rad", number(r.worst.jointAngle)},
+        {"final_joint_angle_rad", number(r.last.jointAngle)},  {"max_displacement_m", number(r.worst.displacement)},
+        {"final_displacement_m", number(r.last.displacement)}, {"position_error_m", number(r.worst.position)},
+        {"final_position_error_m", number(r.last.position)},   {"velocity_error_m_s", number(r.worst.velocity)},
+        {"final_velocity_error_m_s", number(r.last.velocity)}, {"residual_coulomb", number(r.residualCoulomb)},
+        {"residual_constraint", number(r.residualConstraint)}, {"residual_momentum", number(r.residualMomentum)},
+        {"cone_violation", number(r.coneViolation)},           {"energy_drift", number(energyDrift(r))},
+        {"momentum_defect", number(r.momentumDefect)}};
     json["energy"] = {{"peak_kinetic_j", number(r.peakKineticEnergy)},
                       {"final_kinetic_j", number(r.finalKineticEnergy)},
                       {"gained_j", number(r.energyGained)}};
@@ -60,10 +57,16 @@ Json resultJson(const RunResult& r) {
                     {"newton_rounds", r.newtonRounds},
                     {"factorisations", r.factorisations},
                     {"unconverged", r.unconverged},
+                    {"attempts", r.attempts},
+                    {"pieces", r.pieces},
+                    {"rows", r.rows},
                     {"narrow_shape_pairs", r.narrow.shapePairs},
                     {"narrow_completed", r.narrow.completed},
                     {"narrow_repaired_normals", r.narrow.repairedNormals},
                     {"narrow_repaired_failures", r.narrow.repairedFailures}};
+    if (!r.efforts.empty()) {
+        json["efforts"] = r.efforts;
+    }
     json["flags"] = flagNames(r.flags);
     return json;
 }

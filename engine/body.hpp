@@ -20,6 +20,8 @@ struct Body {
     bool gyroscopic = false;                 // its inertia differs between axes, so that w turns by itself
     bool locked = false;                     // has an axis lock
 
+    S unexplained = 0;  // sqrt(J), of the last step: momentum that neither forces nor rows explain
+
     bool awake = true;
     double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from restPose
     Pose<S> restPose;

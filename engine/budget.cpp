@@ -1,7 +1,9 @@
 #include <cairn/engine/budget.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <ctime>
 
 namespace cairn {
 namespace {
@@ -9,7 +11,7 @@ namespace {
 // What a rung costs more than the one below it, until measured.
 constexpr double rungRatio = 2;
 // s a unit of work of the default rung, until measured.
-constexpr double firstGuess = 5e-7;
+constexpr double firstGuess = 5e-6;
 // Share of the time that a plan may fill: impacts come without warning.
 constexpr double fill = 0.7;
 
@@ -42,6 +44,15 @@ Effort effortAt(int rung, const SolverDef& base) {
         effort.pieces = 1 << (rung - defaultEffort);
     }
     return effort;
+}
+
+double BudgetKeeper::clock(int threads) {
+#ifdef CLOCK_THREAD_CPUTIME_ID
+    if (timespec now{}; threads == 1 && clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now) == 0) {
+        return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    }
+#endif
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 double BudgetKeeper::cost(int rung) const {

@@ -16,8 +16,8 @@ struct Effort {
 inline constexpr int effortCount = 12;
 inline constexpr int defaultEffort = 6;  // what a world does of which nothing is asked
 
-// The rung, from 0 (one sweep a step) by fewer and more sub-steps, `auto` with ever larger islands solved exactly, up to
-// pieces with contacts found anew. `base`: the user's own numbers, which stay.
+// The rung, from 0 (one sweep a step) by fewer and more sub-steps, `auto` with ever larger islands solved exactly, up
+// to pieces with contacts found anew. `base`: the user's own numbers, which stay.
 Effort effortAt(int rung, const SolverDef& base);
 
 // Learns what a step costs, and picks the rung for the next.
@@ -28,6 +28,10 @@ public:
     int choose(double seconds, double work) const;
     // What the solve took at a rung, and what the rest of the step took, s.
     void learn(int rung, double work, double solve, double rest);
+
+    // A clock for learn(), s: of the calling thread's own work where one thread does it all (what other programs take
+    // from it cannot be planned), else of the wall.
+    static double clock(int threads);
 
 private:
     double cost(int rung) const;  // s a unit of work

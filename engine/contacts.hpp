@@ -9,6 +9,7 @@ template <class S>
 struct ContactPointState {
     ContactGeometry<S> geometry;         // from the centres of mass
     S separation = 0;                    // m, at the start of the step
+    S error = 0;                         // m, StepError::position of this point, after the last step
     S normalForce = 0;                   // N
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
 };

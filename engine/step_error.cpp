@@ -28,7 +28,7 @@ public:
             for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
                 ContactPointState<S>& point = link.patch->points[k];
                 point.separation = point.geometry.separation(a, b);
-                contact(island_.blocks[next++], point.separation);
+                point.error = contact(island_.blocks[next++], point.separation);
             }
         }
         return error_;
@@ -111,7 +111,7 @@ private:
         count(block, std::max(std::sqrt(squared), dt_ * velocity), std::max(std::sqrt(drift) / h_, velocity));
     }
 
-    void contact(const RowBlock<S>& block, S separation) {
+    S contact(const RowBlock<S>& block, S separation) {
         const Row<S>* row = &island_.rows[static_cast<std::size_t>(block.first)];
         const double depth = std::max(0.0, -static_cast<double>(separation));
         error_.maxPenetration = std::max(error_.maxPenetration, depth);
@@ -120,7 +120,7 @@ private:
             ++error_.touching;
         }
         if (separation >= S(0) && row[0].lambda == S(0)) {
-            return;
+            return S(0);
         }
         const S mobility = island_.mobility(row[0], block);
         const S miss = std::min(separation, mobility * h_ * h_ * row[0].lambda);
@@ -147,10 +147,12 @@ private:
             slip = std::sqrt(slip);
         }
         const S drift = std::abs(miss - onTheWay(row[0].C, miss, true));
-        count(block, std::max(std::abs(miss), dt_ * slip), std::max(drift / h_, slip));
+        const S position = std::max(std::abs(miss), dt_ * slip);
+        count(block, position, std::max(drift / h_, slip));
         if (accuracy_.coulomb) {
             error_.coulomb += coulomb(row, block, separation, mobility, mu, u);
         }
+        return position;
     }
 
     // |r - P_K(r - (u_n + mu |u_t|, u_t) / A)|^2 A, J, K the cone |r_t| <= mu r_n (De Saxce; facts/solvers 2.1). u_n is

@@ -392,6 +392,7 @@ std::vector<ContactView> World<S>::contacts() const {
                 view.normal = point.geometry.direction(a.pose, b.pose).template cast<double>();
                 view.separation = static_cast<double>(point.separation);
                 view.normalForce = static_cast<double>(point.normalForce);
+                view.error = static_cast<double>(point.error);
                 view.frictionForce = point.friction.template cast<double>();
             }
         }
@@ -429,6 +430,34 @@ std::vector<JointView> World<S>::jointViews() const {
             const Vec6<S> push = row.lambda * bodyGradient(row, block, 1);
             view.force += push.template head<3>().template cast<double>();
             view.torque += push.template tail<3>().template cast<double>();
+        }
+    }
+    return views;
+}
+
+template <class S>
+std::vector<BodyErrorView> World<S>::bodyErrors() const {
+    std::vector<double> worst(impl_->bodies.slotCount(), 0);
+    const auto keep = [&](std::uint32_t body, double error) { worst[body] = std::max(worst[body], error); };
+    for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
+        for (const ContactPatch<S>& patch : pair.patches) {
+            for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
+                keep(pair.pair.a, static_cast<double>(patch.points[k].error));
+                keep(pair.pair.b, static_cast<double>(patch.points[k].error));
+            }
+        }
+    }
+    for (const JointView& view : jointViews()) {
+        const Joint<S>& joint = impl_->joints[view.id.index];
+        for (int k = 0; k < joint.bodyCount(); ++k) {
+            keep(joint.body(k).index, view.gap);
+        }
+    }
+    std::vector<BodyErrorView> views;
+    for (const BodyId id : bodies()) {
+        const Body<S>& body = impl_->bodies[id.index];
+        if (body.isDynamic() && body.awake) {
+            views.push_back({id, worst[id.index], static_cast<double>(body.unexplained)});
         }
     }
     return views;

@@ -13,6 +13,7 @@ struct ContactView {
     double separation = 0;                // m, negative: penetration
     double normalForce = 0;               // N
     Vec3d frictionForce = Vec3d::Zero();  // N, on b
+    double error = 0;                     // m, as StepError::position: depth, hovering under load, or slip in a step
 };
 
 // A joint as it stands after a step.
@@ -24,6 +25,13 @@ struct JointView {
     double angle = 0;              // rad, violation of its angular rows
     Vec3d force = Vec3d::Zero();   // N, on b
     Vec3d torque = Vec3d::Zero();  // N m, on b, about its centre of mass
+};
+
+// How wrong one body was after a step: what to look at, and what to draw as heat.
+struct BodyErrorView {
+    BodyId id;
+    double position = 0;          // m, the worst of its contacts and joints
+    double residualMomentum = 0;  // sqrt(J): its own momentum that nothing explains
 };
 
 // Not thread-safe: one thread at a time may call a world; inside, a step uses the job system. Calls with a stale or
@@ -78,6 +86,7 @@ public:
 
     std::vector<ContactView> contacts() const;
     std::vector<JointView> jointViews() const;
+    std::vector<BodyErrorView> bodyErrors() const;  // of awake dynamic bodies, in order of index
     const WorldDef& worldDef() const;
 
 private:

@@ -14,6 +14,7 @@ struct World<S>::Impl {
     std::unique_ptr<Solver<S>> solver;
     std::array<std::unique_ptr<Solver<S>>, effortCount> efforts;  // of a budget, made when first chosen
     BudgetKeeper budget;
+    double solveSeconds = 0;  // of this step, by the budget's clock
     BodyTable<S> bodies;
     JointTable<S> joints;
     std::vector<ProxyPair> deaf;  // jointed bodies that ignore each other; sorted, one entry a joint

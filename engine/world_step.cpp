@@ -15,12 +15,15 @@ void World<S>::Impl::step(S dt) {
         report.flags = FlagRefused;
         return;
     }
+    solveSeconds = 0;
+    const double start = BudgetKeeper::clock(jobs->threadCount());
     {
         const StageTimer total(report.times.total);
         move(dt);
     }
     if (report.effort >= 0) {
-        budget.learn(report.effort, report.work, report.times.solve, report.times.total - report.times.solve);
+        const double whole = BudgetKeeper::clock(jobs->threadCount()) - start;
+        budget.learn(report.effort, report.work, solveSeconds, whole - solveSeconds);
     }
 }
 
@@ -44,7 +47,9 @@ void World<S>::Impl::move(S dt) {
     std::vector<Solution> solved;
     {
         const StageTimer timer(report.times.solve);
+        const double start = BudgetKeeper::clock(jobs->threadCount());
         solveIslands(dt, solved);
+        solveSeconds = BudgetKeeper::clock(jobs->threadCount()) - start;
     }
     std::vector<Pose<S>> before(bodies.slotCount());
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
@@ -79,6 +84,7 @@ void World<S>::Impl::writeBack(const Island<S>& island, S dt) {
         if (!s.fixed) {
             Body<S>& b = bodies[s.index];
             b.pose = s.pose;
+            b.unexplained = s.unexplained;
             b.acceleration = (s.v.template head<3>() - b.v) / dt;
             b.v = s.v.template head<3>();
             b.w = s.v.template tail<3>();

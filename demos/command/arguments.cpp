@@ -64,6 +64,12 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--iterations", arguments.iterations, "iterations a sub-step")->check(CLI::Range(1, 1000000));
     command.add_option("--solver-set", arguments.solverSet,
                        "NAME=VALUE: another number of the solver, as in a scene file's world.solver; may be repeated");
+    command
+        .add_option("--accuracy", arguments.accuracy,
+                    "m: error allowed in a step's positions; islands are solved again until they are within it")
+        ->check(CLI::Range(0.0, 1e6));
+    command.add_option("--budget", arguments.budget, "s: time that a step may take; the best that fits is done")
+        ->check(CLI::Range(0.0, 1e6));
     command.add_option("--threads", arguments.threads, "threads")->check(CLI::Range(1, 1024));
     command.add_option("--precision", arguments.precision, "float or double")
         ->check(CLI::IsMember({"float", "double"}))
@@ -94,6 +100,8 @@ Scene openScene(const SceneArguments& arguments) {
     solver.substeps = arguments.substeps.value_or(solver.substeps);
     solver.iterations = arguments.iterations.value_or(solver.iterations);
     setSolver(solver, arguments.solverSet);
+    scene.world.accuracy.position = arguments.accuracy.value_or(scene.world.accuracy.position);
+    scene.world.accuracy.budget = arguments.budget.value_or(scene.world.accuracy.budget);
     scene.world.threads = arguments.threads.value_or(scene.world.threads);
     return scene;
 }

@@ -29,6 +29,8 @@ struct SceneArguments {
     std::optional<int> substeps;
     std::optional<int> iterations;
     std::vector<std::string> solverSet;  // NAME=VALUE
+    std::optional<double> accuracy;      // m
+    std::optional<double> budget;        // s
     std::optional<int> threads;
     std::string precision = "double";
 

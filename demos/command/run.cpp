@@ -39,12 +39,20 @@ void printResult(const RunResult& r) {
                              line("penetration", 1e3 * r.worst.penetration, 1e3 * r.last.penetration, "mm"),
                              line("joint gap", 1e3 * r.worst.jointGap, 1e3 * r.last.jointGap, "mm"),
                              line("joint angle", r.worst.jointAngle, r.last.jointAngle, "rad"),
+                             line("worst row", 1e3 * r.worst.position, 1e3 * r.last.position, "mm"),
+                             line("worst row", r.worst.velocity, r.last.velocity, "m/s"),
                              line("displacement", r.worst.displacement, r.last.displacement, "m"),
+                             {"residual, rows", brief(r.residualConstraint), "", "root J"},
+                             {"residual, bodies", brief(r.residualMomentum), "", "root J"},
                              {"momentum defect", brief(r.momentumDefect), "", "N s"},
                              {"energy drift", brief(energyDrift(r)), "", "of the peak kinetic energy"}})
                           .c_str());
     std::printf("at the end: %d contacts, %d of %d bodies awake, kinetic energy %s J\n", r.counts.contacts,
                 r.counts.awake, r.counts.bodies, brief(r.finalKineticEnergy).c_str());
+    if (r.attempts > 0) {
+        std::printf("work: %lld solutions of islands in %lld pieces, %lld rows\n", static_cast<long long>(r.attempts),
+                    static_cast<long long>(r.pieces), static_cast<long long>(r.rows));
+    }
     for (const std::string& flag : flagNames(r.flags)) {
         std::printf("flag: %s\n", flag.c_str());
     }
@@ -110,6 +118,12 @@ int runScene(const RunArguments& arguments) {
     int exitCode = exitOk;
     if ((result.flags & FlagNonFinite) != 0) {
         std::fprintf(stderr, "cairn: a body went non-finite during the run\n");
+        exitCode = exitBroken;
+    }
+    if ((result.flags & FlagTolerance) != 0) {
+        std::fprintf(stderr,
+                     "cairn: accuracy missed: a step erred by more than was asked; give it more pieces "
+                     "(accuracy.mostPieces), or a shorter dt\n");
         exitCode = exitBroken;
     }
     const double worst = std::max(result.worst.penetration, result.worst.jointGap);
