@@ -177,6 +177,8 @@ private:
         if (!cluster.newton.solve(cluster.part, options).converged) {
             cluster.newton.polish(cluster.part, 4);
         }
+        problem.visits += own.visits;
+        own.visits = 0;
         for (std::size_t n = 0; n < cluster.bodies.size(); ++n) {
             problem.v[cluster.bodies[n]] = own.v[n];
         }
