@@ -1,6 +1,6 @@
 #pragma once
-// Preconditioned conjugate gradients for H x = b, H symmetric positive definite, one 6-vector a body; H is known by what
-// it makes of a vector. The preconditioner is the inverse of the diagonal of H, block by block (block Jacobi).
+// Preconditioned conjugate gradients for H x = b, H symmetric positive definite, one 6-vector a body; H is known by
+// what it makes of a vector. The preconditioner is the inverse of the diagonal of H, block by block (block Jacobi).
 #include <cairn/base/base.hpp>
 
 #include <Eigen/Cholesky>
