@@ -9,12 +9,12 @@ std::string nameOf(const std::string& method, int size, int bodies) {
 }
 
 StudyTable curveTable(const ClusterCase& c) {
-    StudyTable out{.title = c.name + ": one step, " + std::to_string(c.rows) + " rows",
-                   .note = "Error of the velocities against Newton's and residual, sqrt(J); at the start " +
-                           brief(c.startError) + " and " + brief(c.startResidual) + ", Newton's own residual " +
-                           brief(c.referenceResidual) + ". Beside them nncg's at the same ms.",
-                   .rows = {{"method", "iterations", "error", "residual", "rows visited", "ms", "nncg: error",
-                             "nncg: residual"}}};
+    StudyTable out{
+        .title = c.name + ": one step, " + std::to_string(c.rows) + " rows",
+        .note = "Error of the velocities against Newton's and residual, sqrt(J); at the start " + brief(c.startError) +
+                " and " + brief(c.startResidual) + ", Newton's own residual " + brief(c.referenceResidual) +
+                ". Beside them nncg's at the same ms.",
+        .rows = {{"method", "iterations", "error", "residual", "rows visited", "ms", "nncg: error", "nncg: residual"}}};
     const ClusterCurve& nncg = c.curve("nncg");
     for (const ClusterCurve& curve : c.curves) {
         for (const ClusterPoint& p : curve.points) {
@@ -74,9 +74,10 @@ StudyOutput studyClusters(bool full, const Tell& tell) {
     const ClusterStudy study = clusterStudy(full, tell);
     StudyOutput out;
     out.json = toJson(study);
-    Figure figure{.title = "What the size of a cluster buys",
-                  .note = "what is left of one step's residual against the time of its iterations, from last step's impulses",
-                  .columns = 3};
+    Figure figure{
+        .title = "What the size of a cluster buys",
+        .note = "what is left of one step's residual against the time of its iterations, from last step's impulses",
+        .columns = 3};
     for (const ClusterCase& c : study.cases) {
         out.tables.push_back(curveTable(c));
         out.tables.push_back(runTable(c));

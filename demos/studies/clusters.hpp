@@ -1,7 +1,7 @@
 #pragma once
 // What the size of a cluster buys on big islands: the error that a step leaves against what it costs, for `cluster`
-// with `nncg` and `gauss_seidel` beside it. Cases: a wall (pyramid of 20 rows), a heap that lies in a bin, a hanging net
-// with a heavy knot.
+// with `nncg` and `gauss_seidel` beside it. Cases: a wall (pyramid of 20 rows), a heap that lies in a bin, a hanging
+// net with a heavy knot.
 //
 // A scene settles under gauss_seidel. Of its state one step is taken as a problem on velocities, hard rows asked to be
 // right at the end of the step, from the impulses of the step before; every method works on that same problem, and its
