@@ -152,6 +152,11 @@ struct Words<RelaxationRule> {
     static constexpr std::array list = {"fixed", "optimal", "adaptive"};
 };
 template <>
+struct Words<LinearSolver> {
+    static constexpr const char* what = "a linear solver";
+    static constexpr std::array list = {"factor", "conjugate_gradients"};
+};
+template <>
 struct Words<GyroscopicRule> {
     static constexpr const char* what = "a gyroscopic rule";
     static constexpr std::array list = {"none", "explicit", "restored_momentum", "midpoint", "runge_kutta"};
@@ -203,6 +208,7 @@ void describe(A& a, SolverDef& d) {
     a.field("clusterSize", d.clusterSize, {"cluster: most bodies solved exactly together; 0: the default", 0, 1e6});
     a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
     a.field("tolerance", d.tolerance, {"m/s: the direct solver ends below it; 0: the solver's default", 0});
+    a.field("linearSolver", d.linearSolver, {"direct: how the linear systems of its rounds are solved"});
     a.field("directWork", d.directWork, {"most multiply-adds of one island's factor under auto; 0: the default", 0});
     a.field("gyroscopicInertia", d.gyroscopicInertia,
             {"whether the solve meets a spinning body's resistance to being tipped; not for auto and direct"});

@@ -59,6 +59,12 @@ enum class RelaxationRule {
     Adaptive,  // raised while sweeps change less and less, lowered when they do not
 };
 
+// How Newton on an island solves its linear systems.
+enum class LinearSolver {
+    Factor,              // a sparse Cholesky factor: exact, and the cheapest but for large heaps
+    ConjugateGradients,  // by products alone, each diagonal block inverted: linear memory, cost by the condition
+};
+
 // The numbers that a solver takes. Zero: the solver's own measured default.
 struct SolverDef {
     std::string name = "auto";  // one of solverList()
@@ -80,6 +86,7 @@ struct SolverDef {
     int clusterSize = 0;   // cluster: most bodies solved exactly together
     double warmStart = 1;  // share of the last step's lambda that a step starts from, in [0, 1]
     double tolerance = 0;  // m/s: direct ends when no row's velocity is wrong by more
+    LinearSolver linearSolver = LinearSolver::Factor;  // direct
     double directWork =
         0;  // auto: 6x6 block multiply-adds that a sub-step of one island may cost before sweeps take over
     // Whether the solve meets a spinning body's resistance to being tipped (seed 4.17), which counts where it turns by

@@ -22,6 +22,7 @@ const std::vector<NamedStudy>& studies() {
         {"energy", "what of the energy each solver keeps", studyEnergy},
         {"chain", "how far a hanging chain stretches, by sub-steps, iterations and options", studyChain},
         {"stacks", "how far stacks move, and at what cost", studyStacks},
+        {"clusters", "error against cost by the size of a cluster: a wall, a heap, a net", studyClusters},
     };
     return list;
 }

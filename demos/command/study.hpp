@@ -29,5 +29,6 @@ StudyOutput studyMomentum(bool full, const Tell& tell);
 StudyOutput studyEnergy(bool full, const Tell& tell);
 StudyOutput studyChain(bool full, const Tell& tell);
 StudyOutput studyStacks(bool full, const Tell& tell);
+StudyOutput studyClusters(bool full, const Tell& tell);
 
 }  // namespace cairn

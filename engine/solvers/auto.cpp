@@ -19,12 +19,18 @@ constexpr int longestBackoff = 16;
 constexpr int fewestRounds = 8;
 constexpr int fewestRoundsAtRest = 25;
 
+// The bound is on factors: whoever asks for conjugate gradients asks for `direct`.
+SolverSettings factored(SolverSettings settings) {
+    settings.def.linearSolver = LinearSolver::Factor;
+    return settings;
+}
+
 }  // namespace
 
 template <class S>
 Auto<S>::Auto(const SolverSettings& settings)
     : settings_(settings),
-      direct_(std::make_unique<Direct<S>>(settings)),
+      direct_(std::make_unique<Direct<S>>(factored(settings))),
       gaussSeidel_(makeGaussSeidel<S>(settings)),
       nncg_(makeNncg<S>(settings)) {}
 

@@ -43,7 +43,9 @@ Mat3<S> coneDerivative(const Vec3<S>& y, S mu) {
 }  // namespace
 
 template <class S>
-void ContactNewton<S>::prepare(const Island<S>& island) {
+void ContactNewton<S>::prepare(const Island<S>& island, LinearSolver linearSolver) {
+    factored_ = factored_ && linearSolver == linearSolver_;
+    linearSolver_ = linearSolver;
     node_.assign(island.bodies.size(), -1);
     bodyOfNode_.clear();
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
@@ -67,7 +69,10 @@ void ContactNewton<S>::prepare(const Island<S>& island) {
         }
         edgesOfBlock_[place / 6][place % 6] = edges.size() - 1;
     }
-    factor_.analyse(static_cast<int>(bodyOfNode_.size()), edges);
+    if (linearSolver_ == LinearSolver::Factor) {
+        factor_.analyse(static_cast<int>(bodyOfNode_.size()), edges);
+    }
+    productWork_ = static_cast<double>(bodyOfNode_.size() + edges.size());
     problem.terms.resize(island.rows.size());
     problem.friction.resize(island.blocks.size());
     problem.p.resize(island.rows.size());
@@ -211,7 +216,35 @@ bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& 
     if (weigh(island, y)) {
         return true;
     }
-    factor_.setZero();
+    assemble(island);
+    ++report.factorisations;
+    factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor() : diagonal_.invert();
+    factoredPoses_.clear();
+    for (const SolverBody<S>& body : island.bodies) {
+        factoredPoses_.push_back(body.pose);
+    }
+    factoredBlocks_.clear();
+    for (const RowBlock<S>& block : island.blocks) {
+        factoredBlocks_.push_back({block.a, block.b, block.first});
+    }
+    return factored_;
+}
+
+template <class S>
+void ContactNewton<S>::assemble(const Island<S>& island) {
+    const bool whole = linearSolver_ == LinearSolver::Factor;
+    if (whole) {
+        factor_.setZero();
+    } else {
+        diagonal_.setZero(bodyOfNode_.size());
+    }
+    const auto addDiagonal = [&](int node, const Mat6<S>& value) {
+        if (whole) {
+            factor_.addDiagonal(node, value);
+        } else {
+            diagonal_.addDiagonal(node, value);
+        }
+    };
     for (std::size_t n = 0; n < bodyOfNode_.size(); ++n) {
         const SolverBody<S>& body = island.bodies[at(bodyOfNode_[n])];
         Mat6<S> mass = Mat6<S>::Zero();
@@ -222,7 +255,7 @@ bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& 
         } else {
             mass.template bottomRightCorner<3, 3>() = body.inertia;
         }
-        factor_.addDiagonal(static_cast<int>(n), mass);
+        addDiagonal(static_cast<int>(n), mass);
     }
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
@@ -237,7 +270,7 @@ bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& 
             for (int m = 0; m < block.bodyCount(); ++m) {
                 const Vec6<S> left = weighted(m);
                 diagonal[at(m)].noalias() += left * bodyGradient(row, block, m).transpose();
-                for (int l = 0; l < m; ++l) {
+                for (int l = 0; whole && l < m; ++l) {
                     off[pairOf(l, m)].noalias() += bodyGradient(row, block, l) * left.transpose();
                 }
             }
@@ -266,24 +299,72 @@ bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& 
         }
         for (int m = 0; m < block.bodyCount(); ++m) {
             if (const int n = node_[at(block.body(m))]; n >= 0) {
-                factor_.addDiagonal(n, diagonal[at(m)]);
+                addDiagonal(n, diagonal[at(m)]);
             }
+        }
+        if (!whole) {
+            continue;
         }
         forEachEdge(block, [&](std::size_t pair, int a, int b) {
             factor_.addEdge(edgesOfBlock_[k][pair], a > b ? Mat6<S>(off[pair].transpose()) : off[pair]);
         });
     }
-    ++report.factorisations;
-    factored_ = factor_.factor();
-    factoredPoses_.clear();
-    for (const SolverBody<S>& body : island.bodies) {
-        factoredPoses_.push_back(body.pose);
+}
+
+template <class S>
+void ContactNewton<S>::product(const Island<S>& island, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y) {
+    wide_.assign(island.bodies.size(), Vec6<S>::Zero());
+    for (std::size_t n = 0; n < x.size(); ++n) {
+        const std::size_t body = at(bodyOfNode_[n]);
+        wide_[body] = x[n];
+        y[n] = island.bodies[body].applyMass(x[n]);
     }
-    factoredBlocks_.clear();
-    for (const RowBlock<S>& block : island.blocks) {
-        factoredBlocks_.push_back({block.a, block.b, block.first});
+    problem.visits += island.rows.size();
+    const auto twist = [&](int k) -> const Vec6<S>& { return wide_[at(k)]; };
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        const std::size_t first = at(block.first);
+        const auto push = [&](std::size_t row, S impulse) {
+            for (int m = 0; m < block.bodyCount(); ++m) {
+                if (const int n = node_[at(block.body(m))]; n >= 0) {
+                    y[at(n)] += bodyGradient(island.rows[row], block, m) * impulse;
+                }
+            }
+        };
+        if (isCone(island, k)) {
+            const Mat3<S>& w = coneWeight_[k];
+            if (w.trace() > S(0)) {
+                Vec3<S> u;
+                for (int r = 0; r < 3; ++r) {
+                    u(r) = rowDot(island.rows[first + at(r)], block, twist);
+                }
+                const Vec3<S> impulse = w * u;
+                for (int r = 0; r < 3; ++r) {
+                    push(first + at(r), impulse(r));
+                }
+            }
+            continue;
+        }
+        for (std::size_t i = first; i < first + at(block.count); ++i) {
+            if (weight_[i] > S(0)) {
+                push(i, weight_[i] * rowDot(island.rows[i], block, twist));
+            }
+        }
     }
-    return factored_;
+}
+
+template <class S>
+void ContactNewton<S>::newtonStep(const Island<S>& island, std::vector<Vec6<S>>& g, NewtonReport& report) {
+    for (Vec6<S>& block : g) {
+        block = -block;
+    }
+    ++report.rounds;
+    if (linearSolver_ == LinearSolver::Factor) {
+        factor_.solve(g);
+        return;
+    }
+    report.products += conjugateGradients<S>([&](const auto& x, auto& y) { product(island, x, y); }, diagonal_,
+                                             static_cast<S>(stepShare), mostProducts, g);
 }
 
 // Moves v along `step` to where the slope of f vanishes, or nearly: f is convex, so the slope rises along the line.
@@ -301,6 +382,7 @@ void ContactNewton<S>::lineSearch(const Island<S>& island, const std::vector<S>&
     }
     std::vector<S> du;
     rowVelocities(island, wide, du);
+    problem.visits += du.size();
     along_.resize(u.size());
     const auto slope = [&](S alpha) {
         for (std::size_t i = 0; i < u.size(); ++i) {
@@ -406,7 +488,7 @@ void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
 }
 
 template <class S>
-void ContactNewton<S>::startLift(const Island<S>& island) {
+void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6<S>>& v) {
     lift_.assign(island.blocks.size(), S(0));
     liftError_.assign(island.blocks.size(), S(0));
     liftGain_ = S(1);
@@ -414,9 +496,9 @@ void ContactNewton<S>::startLift(const Island<S>& island) {
         const RowBlock<S>& block = island.blocks[k];
         const std::size_t i = at(block.first);
         if (isCone(island, k) && problem.p[i] > S(0)) {
-            const Vec6<S>& va = island.bodies[at(block.a)].vBefore;
-            const Vec6<S>& vb = island.bodies[at(block.b)].vBefore;
-            const auto speed = [&](const Row<S>& row) { return row.a.dot(va) + row.b.dot(vb); };
+            const auto speed = [&](const Row<S>& row) {
+                return rowDot(row, block, [&](int body) -> const Vec6<S>& { return v[at(body)]; });
+            };
             lift_[k] = problem.friction[k] * std::hypot(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
         }
     }
@@ -456,6 +538,7 @@ double ContactNewton<S>::updateLift(const Island<S>& island) {
 template <class S>
 S ContactNewton<S>::evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g) {
     rowVelocities(island, problem.v, u_);
+    problem.visits += u_.size();
     for (std::size_t i = 0; i < u_.size(); ++i) {
         u_[i] += problem.terms[i].bias;
     }
@@ -481,13 +564,20 @@ S ContactNewton<S>::merit(const Island<S>& island, const std::vector<S>& impulse
 }
 
 template <class S>
-void ContactNewton<S>::guess(const Island<S>& island, bool sweeps, NewtonReport& report) {
+void ContactNewton<S>::guess(const Island<S>& island, Start start, NewtonReport& report) {
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
-    for (int k = 0; k < (sweeps ? guessSweeps : 0); ++k) {
-        problem.sweep(island, S(1));
+    if (start == Start::Sweeps) {
+        for (int k = 0; k < guessSweeps; ++k) {
+            problem.sweep(island, S(1));
+        }
+    } else if (start == Start::ConjugateSweeps) {
+        problem.conjugateSweeps(island, heapSweeps);
     }
     momentumVelocity(island);
+    if (start == Start::ConjugateSweeps) {
+        startLift(island, problem.v);
+    }
     centre_ = problem.p;
     evaluate(island, impulse, g);
     const S swept = merit(island, impulse);
@@ -513,11 +603,7 @@ void ContactNewton<S>::guess(const Island<S>& island, bool sweeps, NewtonReport&
         }
     }
     gradient(island, impulse, g);
-    for (Vec6<S>& block : g) {
-        block = -block;
-    }
-    factor_.solve(g);
-    ++report.rounds;
+    newtonStep(island, g, report);
     for (std::size_t n = 0; n < g.size(); ++n) {
         problem.v[at(bodyOfNode_[n])] += g[n];
     }
@@ -531,7 +617,11 @@ template <class S>
 NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOptions& options) {
     NewtonReport report;
     start_ = problem.p;
-    startLift(island);
+    std::vector<Vec6<S>> before;
+    for (const SolverBody<S>& body : island.bodies) {
+        before.push_back(body.vBefore);
+    }
+    startLift(island, before);
     momentumVelocity(island);
     report.residual = residual(island);
     if (report.residual <= options.tolerance) {
@@ -543,12 +633,13 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
     // Equalities alone have no active set to guess, and sweeps would leave the load of redundant rows on the first of
     // them instead of sharing it (minimum norm, seed 4.4).
     const bool contacts = static_cast<std::size_t>(island.jointBlocks) < island.blocks.size();
-    guess(island, contacts && !options.goesOn && report.residual > nearAnswer, report);
+    const bool cold = contacts && !options.goesOn && report.residual > nearAnswer;
+    guess(island, options.heap ? Start::ConjugateSweeps : cold ? Start::Sweeps : Start::Given, report);
 
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
     std::vector<S> settled;  // impulses of the last lift that was solved
-    double before = std::numeric_limits<double>::infinity();
+    double residualBefore = std::numeric_limits<double>::infinity();
     int lifts = 0;
     while (report.rounds < options.maxRounds) {
         if (evaluate(island, impulse, g) <= static_cast<S>(options.tolerance)) {
@@ -564,12 +655,12 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
                 }
                 settled = problem.p;
                 ++lifts;
-                before = std::numeric_limits<double>::infinity();
+                residualBefore = std::numeric_limits<double>::infinity();
             } else {
                 // A slow mode (a heavy load on a light body) asks for a stiffer grip.
                 // Rows that contradict each other (a body wedged between walls) stall too, near tolerance: that is
                 // their answer.
-                if (report.residual > slowDecrease * before) {
+                if (report.residual > slowDecrease * residualBefore) {
                     if (report.residual <= options.stalled || reg <= static_cast<S>(options.leastRegularisation)) {
                         report.converged = true;
                         return report;
@@ -577,7 +668,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
                     reg *= S(0.1);
                     regularise(island, reg);
                 }
-                before = report.residual;
+                residualBefore = report.residual;
             }
             centre_ = problem.p;
             problem.v = newton;
@@ -586,11 +677,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
         if (!factorise(island, y_, report)) {
             break;
         }
-        for (Vec6<S>& block : g) {
-            block = -block;
-        }
-        factor_.solve(g);
-        ++report.rounds;
+        newtonStep(island, g, report);
         lineSearch(island, u_, g);
     }
     if (report.converged) {

@@ -16,6 +16,7 @@
 //     brings the contact back to u_n = 0: a fixed point that Aitken's rule speeds up.
 #include <cairn/engine/island.hpp>
 #include <cairn/engine/solvers/block_cholesky.hpp>
+#include <cairn/engine/solvers/conjugate_gradients.hpp>
 #include <cairn/engine/solvers/sweep.hpp>
 
 namespace cairn {
@@ -28,12 +29,14 @@ struct NewtonOptions {
     double stalled = 0;              // m/s, residual that is accepted where the rows contradict each other
     int maxRounds = 0;
     int mostLifts = 8;    // corrections of the lift; what is left after them shows as hovering
+    bool heap = false;    // starts from sweeps with conjugate directions, and takes the lift from them
     bool goesOn = false;  // the terms differ little from those of the last solve(): its answer is guess enough
 };
 
 struct NewtonReport {
     int rounds = 0;  // linear solves
     int factorisations = 0;
+    int products = 0;  // by H, of conjugate gradients
     bool converged = false;
     double residual = 0;  // m/s, of the convex problem
 };
@@ -42,9 +45,9 @@ template <class S>
 class ContactNewton {
 public:
     // Reads the island's graph and prepares the factor's pattern; cheap when nothing changed since the last call.
-    void prepare(const Island<S>& island);
-    // Block multiply-adds of one factor of the graph last prepared.
-    double work() const { return factor_.work(); }
+    void prepare(const Island<S>& island, LinearSolver linearSolver = LinearSolver::Factor);
+    // Block multiply-adds of one factor of the graph last prepared; under conjugate gradients of one product.
+    double work() const { return linearSolver_ == LinearSolver::Factor ? factor_.work() : productWork_; }
 
     // Filled by the caller after prepare(), all but v. p: start value in, answer out. v: answer, v* + M^-1 J^T p, so
     // that momentum is kept whatever the residual.
@@ -81,7 +84,8 @@ private:
         }
     }
     void regularise(const Island<S>& island, S reg);
-    void startLift(const Island<S>& island);
+    // De Saxce's lift of what slides at the twists `v`.
+    void startLift(const Island<S>& island, const std::vector<Vec6<S>>& v);
     double updateLift(const Island<S>& island);
     S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
     bool stillHolds(const Island<S>& island) const;
@@ -90,22 +94,35 @@ private:
     void respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse);
     bool weigh(const Island<S>& island, const std::vector<S>& y);
     bool factorise(const Island<S>& island, const std::vector<S>& y, NewtonReport& report);
+    void assemble(const Island<S>& island);
+    // y = H x, with H as last weighed.
+    void product(const Island<S>& island, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y);
+    // Replaces the gradient g by Newton's step -H^-1 g.
+    void newtonStep(const Island<S>& island, std::vector<Vec6<S>>& g, NewtonReport& report);
     S merit(const Island<S>& island, const std::vector<S>& impulse) const;
-    void guess(const Island<S>& island, bool sweeps, NewtonReport& report);
+    enum class Start { Given, Sweeps, ConjugateSweeps };
+    void guess(const Island<S>& island, Start start, NewtonReport& report);
     S gradient(const Island<S>& island, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
     void lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
 
     static constexpr int guessSweeps = 10;      // of Gauss-Seidel, from which a cold start takes its first active set
+    static constexpr int heapSweeps = 20;       // with conjugate directions
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
     static constexpr double slowDecrease =
-        0.25;  // of the residual from centre to centre, above which the grip tightens
+        0.25;                                  // of the residual from centre to centre, above which the grip tightens
+    static constexpr double stepShare = 1e-3;  // of the gradient that conjugate gradients may leave of a round
+    static constexpr int mostProducts = 1000;  // of a round
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
     std::vector<int> node_;  // of each body; -1: fixed
     std::vector<int> bodyOfNode_;
     std::vector<std::array<std::size_t, 6>> edgesOfBlock_;  // by pairOf(); unset where one of the bodies is fixed
+    LinearSolver linearSolver_ = LinearSolver::Factor;
     BlockCholesky<S> factor_;
+    BlockDiagonal<S> diagonal_;  // conjugate gradients: of H
+    double productWork_ = 0;
+    std::vector<Vec6<S>> wide_;  // scratch of product(), all bodies
 
     std::vector<S> delta_;      // regularisation of each row
     std::vector<S> centre_;     // pc

@@ -20,24 +20,7 @@ public:
 
 private:
     void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) override {
-        std::vector<S> direction(problem.p.size(), S(0));
-        std::vector<S> along(problem.p.size());
-        S before = 0;
-        for (int k = 0; k < iterations; ++k) {
-            const std::vector<S> start = problem.p;
-            // In the norm of the diagonal of A, in which rows of metres and of radians can be added.
-            const S change = problem.sweep(island, S(1));
-            const bool anew = !(before > S(0)) || change > before;
-            const S beta = anew ? S(0) : change / before;
-            before = change;
-            for (std::size_t i = 0; i < direction.size(); ++i) {
-                along[i] = beta * direction[i];
-                direction[i] = along[i] + (problem.p[i] - start[i]);
-            }
-            if (beta > S(0) && k + 1 < iterations) {
-                problem.add(island, along);
-            }
-        }
+        problem.conjugateSweeps(island, iterations);
     }
 };
 

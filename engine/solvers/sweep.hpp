@@ -43,6 +43,7 @@ struct RowProblem {
     std::vector<S> friction;  // of each block; negative: its friction rows are not part of the problem
     std::vector<S> p;         // impulses, N s or N m s
     std::vector<Vec6<S>> v;   // twist of each body
+    std::size_t visits = 0;   // rows whose velocity was asked for so far: what the work is measured by
 
     S rowVelocity(const Row<S>& row, const RowBlock<S>& block) const {
         return rowDot(row, block, [&](int i) -> const Vec6<S>& { return v[static_cast<std::size_t>(i)]; });
@@ -67,6 +68,7 @@ struct RowProblem {
     // xi: relaxation. Returns sum of (A_ii + s_i) dp_i^2, J: how much the sweep still changed.
     S sweep(const Island<S>& island, S relaxation) {
         S change = 0;
+        visits += island.rows.size();
         for (std::size_t k = 0; k < island.blocks.size(); ++k) {
             const RowBlock<S>& block = island.blocks[k];
             change += solveBlock(
@@ -82,6 +84,7 @@ struct RowProblem {
     // does.
     S sweepAtOnce(const Island<S>& island, S relaxation, const Splitting<S>& split) {
         S change = 0;
+        visits += island.rows.size();
         const std::vector<S> before = p;
         std::array<Vec6<S>, 4> copy;
         for (std::size_t k = 0; k < island.blocks.size(); ++k) {
@@ -117,6 +120,29 @@ struct RowProblem {
             }
         }
         return change;
+    }
+
+    // Non-smooth non-linear conjugate gradients (Silcowitz 2010): `count` sweeps, after each but the last of which a
+    // share of the directions before is added. The norm of the change is that of the diagonal of A, in which rows of
+    // metres and of radians can be added.
+    void conjugateSweeps(const Island<S>& island, int count) {
+        std::vector<S> direction(p.size(), S(0));
+        std::vector<S> along(p.size());
+        S before = 0;
+        for (int k = 0; k < count; ++k) {
+            const std::vector<S> start = p;
+            const S change = sweep(island, S(1));
+            const bool anew = !(before > S(0)) || change > before;
+            const S beta = anew ? S(0) : change / before;
+            before = change;
+            for (std::size_t i = 0; i < direction.size(); ++i) {
+                along[i] = beta * direction[i];
+                direction[i] = along[i] + (p[i] - start[i]);
+            }
+            if (beta > S(0) && k + 1 < count) {
+                add(island, along);
+            }
+        }
     }
 
     // v <- v + M^-1 J^T change, p <- p + change.

@@ -192,6 +192,7 @@ void expectSame(const Scene& a, const Scene& b) {
     EXPECT_EQ(a.world.solver.refreshRows, b.world.solver.refreshRows);
     EXPECT_EQ(a.world.solver.geometricStiffness, b.world.solver.geometricStiffness);
     EXPECT_EQ(a.world.solver.clusterSize, b.world.solver.clusterSize);
+    EXPECT_EQ(a.world.solver.linearSolver, b.world.solver.linearSolver);
     EXPECT_EQ(a.world.solver.gyroscopicInertia, b.world.solver.gyroscopicInertia);
     EXPECT_EQ(a.world.gyroscopic, b.world.gyroscopic);
     expectBits(a.world.solver.stiffness, b.world.solver.stiffness, "stiffness");
@@ -272,6 +273,7 @@ Scene everyField() {
                           .clusterSize = 9,
                           .warmStart = chance.number(),
                           .tolerance = chance.number(),
+                          .linearSolver = LinearSolver::ConjugateGradients,
                           .directWork = chance.number(),
                           .gyroscopicInertia = true};
     scene.world.gyroscopic = GyroscopicRule::RungeKutta;

@@ -9,6 +9,7 @@ namespace {
 struct StackRun {
     double displacement = 0;  // m, largest of any body over the run
     double penetration = 0;   // m, deepest over the run
+    double gap = 0;           // m, widest of any joint over the run
     int unconverged = 0;      // steps with an island above tolerance
     double energyGained = 0;  // J, reported, summed
 };
@@ -25,6 +26,7 @@ StackRun watch(World<S>& world, double seconds) {
         const StepReport& report = world.step(S(1) / S(60));
         EXPECT_EQ(report.flags & FlagNonFinite, 0U);
         result.penetration = std::max(result.penetration, report.error.maxPenetration);
+        result.gap = std::max(result.gap, report.error.maxJointGap);
         result.unconverged += report.flags & FlagUnconverged ? 1 : 0;
         result.energyGained += report.error.energyGained;
         for (const auto& [id, start] : home) {
@@ -45,13 +47,31 @@ World<S> tower(int n, double ratio, const SolverDef& solver = {}) {
 }
 
 template <class S>
-World<S> pyramid(int rows) {
-    World<S> world({.sleep = {.enabled = false}});
+World<S> pyramid(int rows, const SolverDef& solver = {}) {
+    World<S> world({.solver = solver, .sleep = {.enabled = false}});
     addFloor(world);
     for (int row = 0; row < rows; ++row) {
         for (int i = 0; i < rows - row; ++i) {
             addBox(world, Vec3d(1.1 * (i - 0.5 * (rows - row - 1)), row + 0.5, 0));
         }
+    }
+    return world;
+}
+
+// Links of a metre and 1 kg, hung by one end and let go from level; the last weighs `last` kg.
+template <class S>
+World<S> chain(int links, double last, const SolverDef& solver = {}) {
+    World<S> world({.solver = solver, .sleep = {.enabled = false}});
+    BodyId before = world.add({.type = BodyType::Static, .shapes = {sphere(0.05)}});
+    for (int i = 0; i < links; ++i) {
+        const double mass = i + 1 == links ? last : 1;
+        const BodyId link = world.add({.shapes = {capsule(0.05, 0.45)},
+                                       .position = Vec3d(i + 0.5, 0, 0),
+                                       .rotation = expQuat<double>(0.5 * pi * Vec3d::UnitZ()),
+                                       .mass = mass,
+                                       .filter = {.group = -1}});
+        world.add(BallDef{.a = before, .b = link, .anchor = Vec3d(i, 0, 0)});
+        before = link;
     }
     return world;
 }
@@ -98,9 +118,60 @@ TEST(Stacks, PyramidStands) {
 
 TEST(Stacks, FloatStandsToo) {
     Worldf ten = tower<float>(10, 1);
-    expectBelow("tower 10, float, displacement, m", watch(ten, 3).displacement, 4.5e-3);
+    expectBelow("tower 10, float, displacement, m", watch(ten, 3).displacement, 3.3e-5);
     Worldf heavy = tower<float>(2, 1e4);
-    expectBelow("heavy 1e4, float, displacement, m", watch(heavy, 3).displacement, 1e-3);
+    expectBelow("heavy 1e4, float, displacement, m", watch(heavy, 3).displacement, 1.5e-5);
+}
+
+// The factor and conjugate gradients solve the same systems: one step from rest, and half a second of steps.
+TEST(Stacks, ConjugateGradientsStepAsTheFactorDoes) {
+    const auto compare = [](const std::string& what, Worldd factored, Worldd iterated) {
+        for (int i = 0; i < 30; ++i) {
+            factored.step(1.0 / 60);
+            iterated.step(1.0 / 60);
+            if (i > 0 && i < 29) {
+                continue;
+            }
+            double speed = 0;
+            double place = 0;
+            for (const BodyId id : factored.bodies()) {
+                speed = std::max({speed, (velocity(factored, id) - velocity(iterated, id)).norm(),
+                                  (spin(factored, id) - spin(iterated, id)).norm()});
+                place = std::max(place, (position(factored, id) - position(iterated, id)).norm());
+            }
+            // At rest each is free within the tolerance of 1e-7 m/s.
+            const bool first = i == 0;
+            const std::string when = first ? ", one step" : ", 30 steps";
+            expectBelow(what + when + ", m/s or rad/s", speed, first ? 8e-9 : 5e-7);
+            expectBelow(what + when + ", m", place, first ? 2e-11 : 7e-8);
+        }
+    };
+    const SolverDef factor = {.name = "direct"};
+    const SolverDef gradients = {.name = "direct", .linearSolver = LinearSolver::ConjugateGradients};
+    compare("tower 10", tower<double>(10, 1, factor), tower<double>(10, 1, gradients));
+    compare("heavy 1000", tower<double>(2, 1000, factor), tower<double>(2, 1000, gradients));
+    compare("wall of 36", pyramid<double>(8, factor), pyramid<double>(8, gradients));
+    compare("chain of 20", chain<double>(20, 1, factor), chain<double>(20, 1, gradients));
+    compare("chain of 10 with 100 kg", chain<double>(10, 100, factor), chain<double>(10, 100, gradients));
+}
+
+// What single precision costs `direct`, whose own arithmetic is double: poses and rows have seven digits.
+TEST(Stacks, FloatHasAFloor) {
+    const SolverDef direct = {.name = "direct"};
+    const auto displacement = [&]<class S>(S, int n, double ratio) {
+        World<S> world = tower<S>(n, ratio, direct);
+        return watch(world, 5).displacement;
+    };
+    const auto gap = [&]<class S>(S) {
+        World<S> world = chain<S>(10, 1000, direct);
+        return watch(world, 5).gap;
+    };
+    expectBelow("tower 10, double, displacement, m", displacement(1.0, 10, 1), 3.5e-7);
+    expectBelow("tower 10, float, displacement, m", displacement(1.0F, 10, 1), 3.3e-5);
+    expectBelow("heavy 1000, double, displacement, m", displacement(1.0, 2, 1000), 2.3e-7);
+    expectBelow("heavy 1000, float, displacement, m", displacement(1.0F, 2, 1000), 3.8e-5);
+    expectBelow("chain 1000, double, gap, m", gap(1.0), 2e-6);
+    expectBelow("chain 1000, float, gap, m", gap(1.0F), 2.2e-6);
 }
 
 // N_k = (n - k + 1) m g, summed over each manifold: its four corners share the load in no unique way.
