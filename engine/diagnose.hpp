@@ -1,6 +1,6 @@
 #pragma once
 // What is hard about a world, said before it is run: from the rows that its next step would have.
-#include <cairn/engine/world.hpp>
+#include <cairn/engine/defs.hpp>
 
 namespace cairn {
 
@@ -28,12 +28,12 @@ struct IslandForecast {
     BodyId lowest;
     int bodies = 0;
     int rows = 0;
-    double radius = 0;     // spectral radius of Gauss-Seidel on the rows that hold, in the norm of velocities; by sweeps
-    double dominance = 0;  // least over rows of A_ii / sum |A_ij|; 1/2 and above: Jacobi converges without splitting
-    double sweeps = 0;     // of Gauss-Seidel, from no forces to an error of `position` (m) in the step
-    double jacobiSweeps = 0;      // of Jacobi with masses split
-    double conjugateSweeps = 0;   // of nncg
-    double directWork = 0;        // block multiply-adds of `direct`
+    double radius = 0;  // spectral radius of Gauss-Seidel on the rows that hold, in the norm of velocities; by sweeps
+    double dominance = 0;     // least over rows of A_ii / sum |A_ij|; 1/2 and above: Jacobi converges without splitting
+    double sweeps = 0;        // of Gauss-Seidel, from no forces to an error of `position` (m) in the step
+    double jacobiSweeps = 0;  // of Jacobi with masses split
+    double conjugateSweeps = 0;  // of nncg
+    double directWork = 0;       // block multiply-adds of `direct`
 };
 
 struct Diagnosis {

@@ -65,6 +65,7 @@ struct World<S>::Impl {
     }
 
     void step(S dt);
+    Diagnosis diagnose(S dt, double position);
 
 private:
     void move(S dt);

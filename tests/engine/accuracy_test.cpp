@@ -22,8 +22,7 @@ void addTower(World<S>& world, int n, const Vec3d& foot = Vec3d::Zero(), double 
 template <class S>
 void addHeap(World<S>& world, int n) {
     addFloor(world);
-    for (const Vec3d& normal :
-         {Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 0, 1), Vec3d(0, 0, -1)}) {
+    for (const Vec3d& normal : {Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 0, 1), Vec3d(0, 0, -1)}) {
         world.add({.type = BodyType::Static, .shapes = {halfSpace(normal, 0)}, .position = -1.2 * normal});
     }
     std::mt19937 random(7);
@@ -53,7 +52,8 @@ bool equalBits(const std::vector<Posed>& a, const std::vector<Posed>& b) {
 // One contact through the centre of a ball has A = 1 / m: a depth d that a sub-step of h leaves is d sqrt(m) / h.
 TEST(Accuracy, ConstraintResidualOfABallInTheFloor) {
     const double mass = 4;
-    Worldd world({.gravity = Vec3d::Zero(), .solver = {.name = "gauss_seidel", .substeps = 1}, .maxPushOutSpeed = 0.01});
+    Worldd world(
+        {.gravity = Vec3d::Zero(), .solver = {.name = "gauss_seidel", .substeps = 1}, .maxPushOutSpeed = 0.01});
     addFloor(world);
     const BodyId ball = world.add({.shapes = {sphere(0.5)}, .position = {0, 0.49, 0}, .mass = mass});
     const StepReport& report = world.step(dt);
@@ -90,7 +90,8 @@ TEST(Accuracy, MomentumResidualIsThatOfBodiesOnly) {
             Worldd world({.solver = def});
             BodyId last = world.add({.type = BodyType::Static, .position = {0, 6, 0}});
             for (int i = 0; i < 4; ++i) {
-                const BodyId next = world.add({.shapes = {box({0.5, 0.1, 0.2})}, .position = {i + 0.5, 6, 0}, .mass = 1});
+                const BodyId next =
+                    world.add({.shapes = {box({0.5, 0.1, 0.2})}, .position = {i + 0.5, 6, 0}, .mass = 1});
                 world.add(BallDef{.a = last, .b = next, .anchor = {1.0 * i, 6, 0}});
                 last = next;
             }
