@@ -16,8 +16,8 @@ struct Effort {
 inline constexpr int effortCount = 12;
 inline constexpr int defaultEffort = 6;  // what a world does of which nothing is asked
 
-// The rung, from 0 (one sweep a step) by fewer and more sub-steps, `auto` with ever larger islands solved exactly, up to
-// pieces with contacts found anew. `base`: the user's own numbers, which stay.
+// The rung, from 0 (one sweep a step) by fewer and more sub-steps, `auto` with ever larger islands solved exactly, up
+// to pieces with contacts found anew. `base`: the user's own numbers, which stay.
 Effort effortAt(int rung, const SolverDef& base);
 
 // Learns what a step costs, and picks the rung for the next.
