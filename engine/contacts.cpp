@@ -21,18 +21,29 @@ double staticFriction(const Material& m) {
     return std::max(m.friction, m.staticFriction);
 }
 
-// Whether a shape rolls over its contact: its surface is round where the normal (body frame) meets it.
-bool isRound(const Shape& shape, const Vec3d& normal) {
+// The part of a contact point's arm that does not turn with a shape which rolls over it (ContactGeometry): along the
+// normal, from the centre or the axis of the round; 0 where the surface is flat. Body frame; the normal of either
+// sense.
+Vec3d roundPart(const Shape& shape, const Vec3d& point, const Vec3d& normal) {
+    const Vec3d axis = shape.pose.rotation * Vec3d::UnitY();
+    const Vec3d arm = point - shape.pose.position;
     switch (shape.kind) {
         case ShapeKind::Sphere:
-        case ShapeKind::Capsule:
         case ShapeKind::Ellipsoid:
-            return true;
+            return arm.dot(normal) * normal;
+        case ShapeKind::Capsule: {
+            const double halfHeight = shape.size.y();
+            return (arm - std::clamp(arm.dot(axis), -halfHeight, halfHeight) * axis).dot(normal) * normal;
+        }
         case ShapeKind::Cylinder:
-        case ShapeKind::Cone:
-            return std::abs(normal.dot(shape.pose.rotation * Vec3d::UnitY())) < 0.9;
+        case ShapeKind::Cone: {
+            const Vec3d across = normal - normal.dot(axis) * axis;
+            // Under this it stands on its flat end.
+            return across.squaredNorm() > 0.19 ? Vec3d(arm.dot(across) / across.squaredNorm() * normal)
+                                               : Vec3d(Vec3d::Zero());
+        }
         default:
-            return false;
+            return Vec3d::Zero();
     }
 }
 
@@ -58,9 +69,9 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
         state.geometry.onB = point.onB.cast<S>() - b.localCentre;
         state.geometry.particleA = a.def.particle;
         state.geometry.particleB = b.def.particle;
+        state.geometry.roundA = roundPart(a.def.shapes[manifold.shapeA], point.onA, manifold.normal).template cast<S>();
+        state.geometry.roundB = roundPart(b.def.shapes[manifold.shapeB], point.onB, normalInB).template cast<S>();
         state.geometry.normal = (state.geometry.carriedByB() ? normalInB : manifold.normal).template cast<S>();
-        state.geometry.roundA = isRound(a.def.shapes[manifold.shapeA], manifold.normal);
-        state.geometry.roundB = isRound(b.def.shapes[manifold.shapeB], normalInB);
         state.separation = static_cast<S>(point.separation);
     }
     return patch;

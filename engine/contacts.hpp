@@ -12,6 +12,8 @@ struct ContactPointState {
     S error = 0;                         // m, StepError::position of this point, after the last step
     S normalForce = 0;                   // N
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
+    // m, world axes: how far b has slipped against a while it should have stuck, where the solver keeps account of it
+    Vec3<S> slip = Vec3<S>::Zero();
 };
 
 // One manifold with the surface it stands for.

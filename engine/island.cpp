@@ -36,6 +36,7 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     tooLong = tooLong || o.tooLong;
     residual = std::max(residual, o.residual);
     energyGained += o.energyGained;
+    energyInPlay = std::max(energyInPlay, o.energyInPlay);
     momentumDefect += o.momentumDefect;
     residualMomentum = std::max(residualMomentum, o.residualMomentum);
     return *this;
@@ -288,6 +289,7 @@ void Island<S>::storeLambda() {
             const Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
             ContactPointState<S>& point = link.patch->points[k];
             point.normalForce = row[0].lambda;
+            point.slip.setZero();
             point.friction.setZero();
             for (int t = 1; t < block.count; ++t) {
                 point.friction += row[t].lambda * row[t].b.template head<3>();

@@ -79,6 +79,7 @@ struct SolveReport {
     bool newtonFailed = false;    // direct: the contact problem was not solved within the cap of rounds
     double residual = 0;          // m/s, worst row of the natural map, where computed
     double energyGained = 0;      // J
+    double energyInPlay = 0;      // J, against which that is judged
     double momentumDefect = 0;    // N s
     double residualMomentum = 0;  // sqrt(J), of the worst sub-step
 

@@ -7,6 +7,8 @@ namespace {
 // m/s, at which a load may creep without being counted: ten times the default tolerance of `direct`.
 constexpr double unseenSpeed = 1e-5;
 
+constexpr double fallInPlay = 0.1;  // m
+
 template <class S>
 S kineticEnergy(const SolverBody<S>& body) {
     if (body.fixed) {
@@ -52,12 +54,14 @@ Ledger<S>::Ledger(const Island<S>& island) : kineticEnergy_(totalKineticEnergy(i
 template <class S>
 void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
     S explained = 0;
-    S load = 0;  // N s
+    S load = 0;    // N s
+    S weight = 0;  // N
     static thread_local std::vector<Vec6<S>> unexplained;
     unexplained.resize(island.bodies.size());
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         const SolverBody<S>& body = island.bodies[i];
         explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
+        weight += body.force.template head<3>().norm();
         if (!body.fixed) {
             unexplained[i] = momentum(body) - momentum_[i] - body.outside;
         }
@@ -95,8 +99,10 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
     }
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
     // nothing.
-    const S gained = totalKineticEnergy(island) - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * load;
+    const S after = totalKineticEnergy(island);
+    const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * load;
     report.energyGained += std::max(0.0, static_cast<double>(gained));
+    report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * weight);
     Vec3<S> defect = -fromFixed;
     S squared = 0;
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {

@@ -12,7 +12,7 @@ public:
     // Adds to the report the energy (J) that the sub-step created and the momentum (N s) that no impulse explains.
     // Kinetic energy is compared with the work of forces by the trapezium of the twists, which contacts and joints can
     // only lower; springs, motors and kinematic bodies may add what their rows did. Creep of the loads at 1e-5 m/s is
-    // below what is counted.
+    // below what is counted. energyInPlay is the kinetic energy, and what a fall by 10 cm gives.
     // Each body's own balance of momentum, what it has less what it had and what forces, impacts and rows gave it, is
     // the residual of its equation of motion: |M (v - v*) - J^T p| in the norm of M^-1, sqrt(J).
     void close(Island<S>& island, S h, SolveReport& report) const;

@@ -21,6 +21,9 @@ std::vector<std::string> flagNames(std::uint32_t flags) {
     if (flags & FlagTolerance) {
         names.push_back("tolerance");
     }
+    if (flags & FlagEnergy) {
+        names.push_back("energy");
+    }
     return names;
 }
 
@@ -49,6 +52,9 @@ std::string StepReport::summary() const {
         }
         std::snprintf(over, sizeof over, "; an error is %.3g times what was asked", worst);
         line += over;
+    }
+    if (flags & FlagEnergy) {
+        line += "; " + std::to_string(counts.energetic) + " islands gained energy from nothing";
     }
     if (flags & FlagRepaired) {
         line += "; " + std::to_string(counts.narrow.repairedFailures) + " narrow-phase answers repaired";

@@ -49,7 +49,8 @@ struct StepCounts {
     int sweptIslands = 0;    // islands whose answer is Gauss-Seidel's
     int newtonRounds = 0;    // summed over islands
     int factorisations = 0;  // of H
-    int unconverged = 0;     // islands left above tolerance
+    int unconverged = 0;     // islands left above tolerance, or sinking
+    int energetic = 0;       // islands that gained energy from nothing
     int attempts = 0;        // solutions of islands; more than `islands` where AccuracyDef asked for better ones
     NarrowCounts narrow;
 };
@@ -63,11 +64,16 @@ struct StepTimes {  // s
 };
 
 enum StepFlag : std::uint32_t {
-    FlagNonFinite = 1,    // a body went non-finite and was put back to its last finite state, at rest
-    FlagUnconverged = 2,  // an island's answer is above tolerance (counts.unconverged), or a joint is open by .1 m
-    FlagRepaired = 4,     // the narrow phase had to repair an answer of FCL; counts.narrow says how often
-    FlagRefused = 8,      // dt was not in (0, 1] s: nothing moved
-    FlagTolerance = 16,   // an island's error is above what AccuracyDef asks, at AccuracyDef::mostPieces
+    FlagNonFinite = 1,  // a body went non-finite and was put back to its last finite state, at rest
+    // An island's answer is above tolerance, or lets a contact sink in by over 2 mm in the step (counts.unconverged),
+    // or a joint is open by .1 m.
+    FlagUnconverged = 2,
+    FlagRepaired = 4,    // the narrow phase had to repair an answer of FCL; counts.narrow says how often
+    FlagRefused = 8,     // dt was not in (0, 1] s: nothing moved
+    FlagTolerance = 16,  // an island's error is above what AccuracyDef asks, at AccuracyDef::mostPieces
+    // An island gained energy from nothing (counts.energetic): over 1 % of its kinetic energy and what a fall by 10 cm
+    // gives.
+    FlagEnergy = 32,
 };
 
 struct StepReport {
@@ -83,11 +89,13 @@ struct StepReport {
     std::vector<IslandReport> islands;  // awake ones, by lowest body
     std::vector<BodyId> nonFinite;      // the bodies behind FlagNonFinite
 
-    bool ok() const { return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused | FlagTolerance)) == 0; }
+    bool ok() const {
+        return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused | FlagTolerance | FlagEnergy)) == 0;
+    }
     std::string summary() const;  // one line in words
 };
 
-// The names of the flags that are set, in lower case: "non_finite", "unconverged", "repaired".
+// The names of the flags that are set: "non_finite", "unconverged", "repaired", "refused", "energy".
 std::vector<std::string> flagNames(std::uint32_t flags);
 
 }  // namespace cairn

@@ -27,7 +27,9 @@ public:
             const Pose<S>& b = island_.bodies[static_cast<std::size_t>(link.b)].pose;
             for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
                 ContactPointState<S>& point = link.patch->points[k];
+                const S before = std::min(S(0), point.separation);
                 point.separation = point.geometry.separation(a, b);
+                error_.sunk = std::max(error_.sunk, static_cast<double>(before - point.separation));
                 point.error = contact(island_.blocks[next++], point.separation);
             }
         }

@@ -176,7 +176,11 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution, T
     counts.sweptIslands += s.sweptSolves > 0 ? 1 : 0;
     counts.newtonRounds += s.newtonRounds;
     counts.factorisations += s.factorisations;
-    counts.unconverged += s.unconverged ? 1 : 0;
+    // Sweeps that are too few for the masses let bodies into each other, step after step, and say nothing.
+    constexpr double mostSunk = 0.002;  // m a step
+    constexpr double shareGained = 0.01;
+    counts.unconverged += s.unconverged || e.sunk > mostSunk ? 1 : 0;
+    counts.energetic += s.energyGained > shareGained * s.energyInPlay ? 1 : 0;
     counts.attempts += solution.attempts;
     counts.narrow += solution.narrow;
     StepError& error = report.error;
@@ -256,6 +260,7 @@ void World<S>::Impl::countAndClose(const Totals& totals) {
     constexpr double tornJoint = 0.1;
     const bool unconverged = c.unconverged > 0 || report.error.maxJointGap > tornJoint;
     report.flags |= unconverged ? static_cast<std::uint32_t>(FlagUnconverged) : 0U;
+    report.flags |= c.energetic > 0 ? static_cast<std::uint32_t>(FlagEnergy) : 0U;
     report.flags |= c.narrow.repairedFailures > 0 ? static_cast<std::uint32_t>(FlagRepaired) : 0U;
 }
 

@@ -11,19 +11,31 @@ std::string settingName(const ChainSetting& setting) {
     return setting.substeps == 0 ? "own" : std::to_string(setting.substeps) + "x" + std::to_string(setting.iterations);
 }
 
+std::string flagsOf(const ChainEntry& e) {
+    std::string names;
+    for (const std::string& flag : flagNames(e.flags)) {
+        names += (names.empty() ? "" : ", ") + flag;
+    }
+    return names.empty() ? "none" : names;
+}
+
+// Worst stretch and what was said of it.
 std::string cell(const ChainEntry& e) {
     if (!e.finite) {
         return "non-finite";
     }
-    return brief(e.worst) + (e.diverged.empty() ? "" : "!");
+    std::string marks = e.diverged.empty() ? "" : "!";
+    marks += (e.flags & FlagUnconverged) != 0 ? "U" : "";
+    marks += (e.flags & FlagEnergy) != 0 ? "E" : "";
+    return brief(e.worst) + (marks.empty() ? "" : " " + marks);
 }
 
 StudyTable stretchTable(const ChainStudy& study, bool rigid) {
     StudyTable out{
         .title = std::string("Hanging chain of ten ") + (rigid ? "rigid links" : "particles") + ": worst stretch, m",
         .note =
-            "R: mass of the last link over the others'. Sub-steps x iterations; own: the solver's. An "
-            "entry with ! diverged.",
+            "R: mass of the last link over the others'. Sub-steps x iterations; own: the solver's. !: diverged. "
+            "Flags that some step raised: U unconverged, E energy from nothing.",
         .rows = {{"solver", "option<"}}};
     for (const double ratio : study.ratios) {
         for (const ChainSetting& setting : study.settings) {
@@ -80,7 +92,7 @@ StudyOutput studyChain(bool full, const Tell& tell) {
     out.tables = {stretchTable(study, false), stretchTable(study, true)};
     StudyTable diverged{
         .title = "Diverged",
-        .rows = {{"solver", "option<", "form<", "R", "setting", "worst, m", "gained, J", "why<", "warned<"}}};
+        .rows = {{"solver", "option<", "form<", "R", "setting", "worst, m", "gained, J", "why<", "flags<"}}};
     int silent = 0;
     for (const ChainEntry& e : study.entries) {
         if (e.diverged.empty()) {
@@ -88,7 +100,7 @@ StudyOutput studyChain(bool full, const Tell& tell) {
         }
         diverged.rows.push_back({e.option.solver.name, e.option.name, e.rigid ? "rigid links" : "particles",
                                  fixed(e.ratio, 0), settingName(e.setting), brief(e.worst), brief(e.energyGained),
-                                 e.diverged, e.warned() ? "yes" : "no"});
+                                 e.diverged, flagsOf(e)});
         silent += !e.warned() && !e.option.risky ? 1 : 0;
     }
     if (silent > 0) {

@@ -18,12 +18,28 @@ StudyOutput studyStacks(bool full, const Tell& tell) {
         }
         return result;
     };
-    out.tables = {tableOf("Stacks: worst displacement, mm",
-                          brief(study.seconds) + " s at each solver's defaults, nothing sleeps.",
-                          [](const StackEntry& e) {
-                              return !e.finite ? "non-finite" : e.fell() ? "falls" : brief(1e3 * e.displacement);
-                          }),
-                  tableOf("Stacks: ms a step, mean", "", [](const StackEntry& e) { return fixed(e.milliseconds, 3); })};
+    StudyTable targets{.title = "Targets",
+                       .rows = {{"stack", "solver<", "worst, mm", "at most", "ms a step", "at most", "met<"}}};
+    for (const StackTarget& target : stackTargets()) {
+        for (const char* const solver : {"auto", "direct"}) {
+            const StackEntry& e = study.at(solver, target.name);
+            const bool met = e.displacement <= target.displacement && e.milliseconds <= target.milliseconds;
+            targets.rows.push_back({target.name, solver, brief(1e3 * e.displacement), brief(1e3 * target.displacement),
+                                    fixed(e.milliseconds, 3), brief(target.milliseconds), met ? "yes" : "no"});
+        }
+    }
+    out.tables = {
+        tableOf("Stacks: worst displacement, mm",
+                brief(study.seconds) +
+                    " s at each solver's defaults, nothing sleeps. Flags that some step raised: U unconverged "
+                    "(or sinking), E energy from nothing.",
+                [](const StackEntry& e) {
+                    std::string cell = !e.finite ? "non-finite" : e.fell() ? "falls" : brief(1e3 * e.displacement);
+                    cell += (e.flags & (FlagUnconverged | FlagEnergy)) != 0 ? " " : "";
+                    cell += (e.flags & FlagUnconverged) != 0 ? "U" : "";
+                    return cell + ((e.flags & FlagEnergy) != 0 ? "E" : "");
+                }),
+        tableOf("Stacks: ms a step, mean", "", [](const StackEntry& e) { return fixed(e.milliseconds, 3); }), targets};
     Figure figure{.title = "Stacks that should stand: worst displacement against cost",
                   .note = brief(study.seconds) + " s at each solver's defaults, nothing sleeps; at the top: it fell",
                   .columns = 3};

@@ -195,7 +195,7 @@ ChainEntry hangChain(const ChainOption& option, const ChainSetting& setting, dou
     return entry;
 }
 
-ChainStudy chainStudy(bool full, const Tell& tell) {
+ChainStudy chainStudy(bool full, const Tell& tell, const std::string& solver) {
     ChainStudy study{.seconds = full ? 20.0 : 2.0, .ratios = {1, 100, 1000}};
     study.settings = {{1, 4}, {1, 40}, {40, 1}, {0, 0}};
     const std::vector<ChainOption> options = chainOptions(full);
@@ -207,7 +207,7 @@ ChainStudy chainStudy(bool full, const Tell& tell) {
             if (tell) {
                 tell(done++ / parts);
             }
-            if (rigid && !full && option.name != "defaults") {
+            if ((rigid && !full && option.name != "defaults") || (!solver.empty() && option.solver.name != solver)) {
                 continue;
             }
             for (const double ratio : study.ratios) {
@@ -238,6 +238,7 @@ nlohmann::ordered_json toJson(const ChainStudy& study) {
                                    {"energy_gained_j", e.energyGained},
                                    {"ms_per_step", e.milliseconds},
                                    {"diverged", e.diverged},
+                                   {"flags", flagNames(e.flags)},
                                    {"warned", e.warned()}});
     }
     return json;

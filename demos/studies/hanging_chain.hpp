@@ -38,7 +38,7 @@ struct ChainEntry {
     std::uint32_t flags = 0;    // StepFlag bits that any step raised
     std::string diverged = {};  // in words, why it counts as divergence; empty: it does not
 
-    bool warned() const { return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused)) != 0; }
+    bool warned() const { return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused | FlagEnergy)) != 0; }
 };
 ChainEntry hangChain(const ChainOption& option, const ChainSetting& setting, double ratio, bool rigid, double seconds);
 
@@ -48,7 +48,8 @@ struct ChainStudy {
     std::vector<ChainSetting> settings = {};
     std::vector<ChainEntry> entries = {};
 };
-ChainStudy chainStudy(bool full, const Tell& tell = {});
+// Of one solver, or of all where `solver` is empty.
+ChainStudy chainStudy(bool full, const Tell& tell = {}, const std::string& solver = {});
 
 nlohmann::ordered_json toJson(const ChainStudy& study);
 

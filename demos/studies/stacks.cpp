@@ -17,6 +17,10 @@ std::vector<StackCase> stackCases() {
             {"pyramid 20", "pyramid", {{"rows", 20}}}};
 }
 
+std::vector<StackTarget> stackTargets() {
+    return {{"pyramid 20", 1e-5, 5}, {"tower 30", 1e-5, 0.15}};
+}
+
 StackEntry stackUp(const StackCase& which, const std::string& solver, double seconds) {
     Scene scene = makeScene(which.scene, which.overrides);
     scene.world.sleep.enabled = false;
@@ -35,6 +39,7 @@ StackEntry stackUp(const StackCase& which, const std::string& solver, double sec
     entry.displacement = run.result().worst.displacement;
     entry.penetration = run.result().worst.penetration;
     entry.milliseconds = run.result().meanMs();
+    entry.flags = run.result().flags;
     return entry;
 }
 
@@ -81,7 +86,8 @@ nlohmann::ordered_json toJson(const StackStudy& study) {
                                    {"max_penetration_m", e.penetration},
                                    {"ms_per_step", e.milliseconds},
                                    {"finite", e.finite},
-                                   {"fell", e.fell()}});
+                                   {"fell", e.fell()},
+                                   {"flags", flagNames(e.flags)}});
     }
     return json;
 }

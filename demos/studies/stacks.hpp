@@ -23,9 +23,19 @@ struct StackEntry {
     double penetration = 0;   // m, worst
     double milliseconds = 0;  // a step, mean
     bool finite = true;
+    std::uint32_t flags = 0;  // StepFlag bits that any step raised
+    bool warned() const { return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused | FlagEnergy)) != 0; }
     bool fell() const { return displacement > 0.5; }  // half a box
 };
 StackEntry stackUp(const StackCase& which, const std::string& solver, double seconds);
+
+// What `auto` and `direct` are to reach.
+struct StackTarget {
+    std::string name = {};    // of the case
+    double displacement = 0;  // m
+    double milliseconds = 0;  // a step; 0: none set
+};
+std::vector<StackTarget> stackTargets();
 
 struct StackStudy {
     double seconds = 0;

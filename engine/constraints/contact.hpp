@@ -1,7 +1,8 @@
 #pragma once
-// Contact point: C = n . (p_b - p_a) >= 0 with the normal n carried by a (seed 5.4), and two friction rows J v = 0
-// across n whose force stays in the disc of radius mu lambda_n (seed 5.6). A particle does not turn: all its contact
-// forces act at its centre, friction too, or the pair would lose angular momentum; the other body carries the normal.
+// Contact point: C = n . (p_b - p_a) >= 0 with the normal n carried by a (seed 5.4), or by b where a is round, and two
+// friction rows J v = 0 across n whose force stays in the disc of radius mu lambda_n (seed 5.6). A particle does not
+// turn: all its contact forces act at its centre, friction too, or the pair would lose angular momentum; the other body
+// carries the normal.
 #include <cairn/engine/rows.hpp>
 
 namespace cairn {
@@ -11,25 +12,35 @@ struct ContactGeometry {
     Vec3<S> onA;     // point of a, from its centre of mass, in a's frame, m
     Vec3<S> onB;     // point of b, likewise
     Vec3<S> normal;  // unit, from a to b, in the frame of the body that carries it
-    // Where a surface is round, the point that touches stays where it is while the body rolls on below it: its arm
-    // keeps the world direction that it had at the start of the step. A corner turns with its body.
-    bool roundA = false;
-    bool roundB = false;
-    Vec3<S> startArmA = Vec3<S>::Zero();  // m, world
-    Vec3<S> startArmB = Vec3<S>::Zero();
+    // Where a surface is round, the point that touches stays where it is while the body rolls on below it. Of its arm
+    // the part along the normal from the centre or axis of the round (m, body frame; 0: flat) keeps the world direction
+    // that it had at the start of the step; the rest turns with the body, as a corner does. Were the whole arm kept, C
+    // would not see a cylinder tip from end to end, and whoever asks C anew would rock it instead of laying it down.
+    Vec3<S> roundA = Vec3<S>::Zero();
+    Vec3<S> roundB = Vec3<S>::Zero();
     bool particleA = false;
     bool particleB = false;
+    Vec3<S> startRoundA = Vec3<S>::Zero();  // m, world
+    Vec3<S> startRoundB = Vec3<S>::Zero();
+    Quat<S> startCarrier = Quat<S>::Identity();
 
-    bool carriedByB() const { return particleA && !particleB; }
-    const Quat<S>& carrier(const Pose<S>& a, const Pose<S>& b) const { return (carriedByB() ? b : a).rotation; }
+    // What rolls does not carry the normal, or it would turn it into the other body.
+    bool carriedByB() const {
+        return (particleA && !particleB) || (!particleB && !roundA.isZero(S(0)) && roundB.isZero(S(0)));
+    }
+    bool carriedByNone() const { return !roundA.isZero(S(0)) && !roundB.isZero(S(0)); }
+    const Quat<S>& carrier(const Pose<S>& a, const Pose<S>& b) const {
+        return carriedByNone() ? startCarrier : (carriedByB() ? b : a).rotation;
+    }
     Vec3<S> direction(const Pose<S>& a, const Pose<S>& b) const { return carrier(a, b) * normal; }
 
     void startStep(const Pose<S>& a, const Pose<S>& b) {
-        startArmA = a.rotation * onA;
-        startArmB = b.rotation * onB;
+        startRoundA = a.rotation * roundA;
+        startRoundB = b.rotation * roundB;
+        startCarrier = (carriedByB() ? b : a).rotation;
     }
-    Vec3<S> armOnA(const Pose<S>& a) const { return roundA ? startArmA : Vec3<S>(a.rotation * onA); }
-    Vec3<S> armOnB(const Pose<S>& b) const { return roundB ? startArmB : Vec3<S>(b.rotation * onB); }
+    Vec3<S> armOnA(const Pose<S>& a) const { return a.rotation * (onA - roundA) + startRoundA; }
+    Vec3<S> armOnB(const Pose<S>& b) const { return b.rotation * (onB - roundB) + startRoundB; }
     S separation(const Pose<S>& a, const Pose<S>& b) const {
         return direction(a, b).dot((b.position - a.position) + armOnB(b) - armOnA(a));
     }
@@ -40,10 +51,14 @@ void linearizeContact(const ContactGeometry<S>& contact, const Pose<S>& a, const
                       RowWriter<S>& rows) {
     const Vec3<S> n = contact.direction(a, b);
     const Vec3<S> apart = b.position - a.position;
+    const Vec3<S> onA = contact.armOnA(a);
     const Vec3<S> onB = contact.armOnB(b);
-    const Vec3<S> armB = contact.particleB ? Vec3<S>(Vec3<S>::Zero()) : contact.particleA ? Vec3<S>(-apart) : onB;
+    const Vec3<S> armB = contact.particleB      ? Vec3<S>(Vec3<S>::Zero())
+                         : contact.particleA    ? Vec3<S>(-apart)
+                         : contact.carriedByB() ? Vec3<S>(onA - apart)
+                                                : onB;
     const Vec3<S> armA = apart + armB;
-    Row<S>& normal = rows.point(n, armA, armB, n.dot(apart + onB - contact.armOnA(a)));
+    Row<S>& normal = rows.point(n, armA, armB, n.dot(apart + onB - onA));
     normal.lo = S(0);
     if (withFriction) {
         Vec3<S> t1;

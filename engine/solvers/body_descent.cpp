@@ -49,12 +49,12 @@ std::vector<S> loadMasses(const Island<S>& island, LoadRule rule) {
 
 template <class S>
 BodyDescent<S>::BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness,
-                            LoadRule rule, S penalty)
+                            LoadRule rule, S penalty, S share)
     : island_(island),
       problem_(problem),
       h_(h),
       geometric_(geometricStiffness),
-      moved_(island, problem, h, pushOut, true),
+      moved_(island, problem, h, pushOut, true, share),
       blocksOf_(island.bodies.size()),
       weight_(island.rows.size(), S(0)) {
     for (const SolverBody<S>& body : island.bodies) {
@@ -171,6 +171,19 @@ void BodyDescent<S>::solveBody(std::size_t i) {
                 }
                 H.template bottomRightCorner<3, 3>().diagonal() +=
                     h_ * h_ * geometricStiffness<S>(force, block.a == static_cast<int>(i) ? block.armA : block.armB);
+            }
+            // A taut stick between particles: its second derivative (I - J J^T) / length. Without it a light particle
+            // under a heavy load leaps over its answer by more than twice the way, and away.
+            if (block.particles && block.bodyCount() == 2 && block.count < 3) {
+                const S length = (island_.bodies[static_cast<std::size_t>(block.a)].pose.position -
+                                  island_.bodies[static_cast<std::size_t>(block.b)].pose.position)
+                                     .norm();
+                for (std::size_t r = 0; length > S(0) && r < n; ++r) {
+                    const Vec3<S> along = local_[first + r].J.template head<3>();
+                    const S pull = h_ * std::abs(problem_.p[static_cast<std::size_t>(block.first) + r]);
+                    H.template topLeftCorner<3, 3>() +=
+                        pull / length * (Mat3<S>::Identity() - along * along.transpose());
+                }
             }
             first += n;
         }

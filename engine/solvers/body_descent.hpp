@@ -25,9 +25,9 @@ enum class LoadRule {
 template <class S>
 class BodyDescent {
 public:
-    // `penalty`: of h^2 rho of hard rows to the mass on the load path.
+    // `penalty`: of h^2 rho of hard rows to the mass on the load path. `share`: as of MovedRows.
     BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness, LoadRule rule,
-                S penalty);
+                S penalty, S share = S(1));
 
     // One round: over the bodies in their order, and back. Multipliers that move after every one-way sweep blow up
     // where a body has several rows; after a symmetric one they do not, at any penalty (measured on a tower of ten

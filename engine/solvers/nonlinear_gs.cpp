@@ -6,7 +6,10 @@
 // warm start is taken, since both together diverge (facts/solvers 5.4, finding b).
 // SolverDef::stiffness k is PBD's, made independent of the iterations n (erratum 7): xi = 1 - (1 - k)^(1/n).
 // Cost: a visit of a row is two to four times that of gauss_seidel, for the poses. Many short sub-steps of one sweep
-// beat few long ones of many (5.4, finding a). Use it for ropes, cloth and fast-turning joints.
+// beat few long ones of many (5.4, finding a).
+// A heavy load on a light body is beyond it: a visit of the row under the light one takes up 1 / (1 + R) of what is
+// missing, so that at 1000 : 1 the load sinks for some seconds and then falls. No order of the rows helps (5.2); the
+// step report says that it sinks. Use it for ropes, cloth and fast-turning joints.
 #include <cairn/engine/impacts.hpp>
 #include <cairn/engine/solvers/geometric_stiffness.hpp>
 #include <cairn/engine/solvers/moved_rows.hpp>

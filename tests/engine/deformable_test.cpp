@@ -83,9 +83,7 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
                     // what is no ball, or a push at arms of the sub-step's start, is wrong by a share of the sub-step.
                     const bool exact = soft && std::string(name) == "sphere" && solver.name == "direct";
                     expectBelow(what + "angular momentum", (after.angularMomentum - before.angularMomentum).norm(),
-                                !exact    ? 0.008
-                                : isFloat ? 1e-5
-                                          : 2e-5);
+                                exact ? 4e-5 : 0.008);
                 }
             });
         }

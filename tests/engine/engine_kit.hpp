@@ -58,8 +58,8 @@ struct SolverTraits {
 };
 
 inline const SolverTraits& traitsOf(const SolverDef& solver) {
-    // xpbd starts every sub-step from nothing: what one sweep leaves shakes a tower, and its last impulses are not the
-    // load. vbd is a penalty method: what should be hard yields, sticking creeps like thick oil.
+    // xpbd starts every sub-step from nothing: its last impulses are not the load. vbd is a penalty method: what should
+    // be hard yields.
     // clang-format off
     static const std::vector<SolverTraits> table = {
         // name          substeps exact balanced stacks  give    creep   force massRatio
@@ -70,8 +70,8 @@ inline const SolverTraits& traitsOf(const SolverDef& solver) {
         {"cluster",       2,      false, true,   true,   6e-3,   5e-6,   1e-3, 1},
         {"jacobi",        8,      false, true,   true,   1.4e-3, 7e-6,   1e-4, 1},
         {"nonlinear_gs",  20,     false, true,   true,   8e-5,   5e-6,   6e-3, 1000},
-        {"xpbd",          20,     false, true,   false,  3e-4,   2.2e-3, 2,    1},
-        {"vbd",           4,      false, false,  true,   8e-3,   1.3e-2, 4,    1},
+        {"xpbd",          20,     false, true,   true,   3e-4,   5e-6,   2,    1},
+        {"vbd",           4,      false, false,  true,   8e-3,   5e-6,   4,    1},
         {"avbd",          2,      false, false,  true,   8e-5,   5e-6,   1e-5, 1000},
     };
     // clang-format on

@@ -57,6 +57,10 @@ TEST(Friction, ForceIsATrueCone) {
     });
 }
 
+// m, of a block that friction only just holds. One sweep of xpbd loads the corners unevenly: the light ones slip. The
+// springs of vbd stretch, once.
+const std::initializer_list<std::pair<const char*, double>> yielding = {{"xpbd", 1.3e-3}, {"vbd", 1.2e-4}};
+
 TEST(Friction, BlockSticksAboveAndSlidesBelowTheFrictionAngle) {
     forEachSolver([](const SolverDef& solver) {
         const double angle = pi / 6;
@@ -68,7 +72,8 @@ TEST(Friction, BlockSticksAboveAndSlidesBelowTheFrictionAngle) {
             run(world, 2, 1.0 / 120);
             const std::string what = solver.name + ", mu " + std::to_string(mu);
             if (mu > std::tan(angle)) {
-                expectBelow(what + ", creep in 2 s, m", position(world, block).x(), 2 * traitsOf(solver).creep);
+                expectBelow(what + ", creep in 2 s, m", position(world, block).x(),
+                            boundOf(solver, 2 * traitsOf(solver).creep, yielding));
             } else {
                 const double a = standardGravity * (std::sin(angle) - mu * std::cos(angle));
                 expectClose(what + ", speed after 2 s", velocity(world, block).x(), 2 * a,
@@ -97,7 +102,8 @@ TEST(Friction, StaticCoefficientHoldsMoreThanTheDynamicOne) {
             }
             const std::string what = solver.name + ", pulled with " + std::to_string(pull) + " of the weight";
             if (pull < 0.8) {
-                expectBelow(what + ", creep in 1 s, m", position(world, block).x(), 2 * traitsOf(solver).creep);
+                expectBelow(what + ", creep in 1 s, m", position(world, block).x(),
+                            boundOf(solver, 2 * traitsOf(solver).creep, yielding));
             } else {
                 // All but the first step slides with the dynamic coefficient.
                 expectClose(what + ", speed", velocity(world, block).x(), (pull - 0.4) * standardGravity, 0.1);
@@ -129,11 +135,6 @@ BodyDef rollerDef(const Roller& roller, const Vec3d& v) {
             .inertia = std::string(roller.name) == "hoop" ? Vec3d(Vec3d::Constant(0.25)) : Vec3d(Vec3d::Zero())};
 }
 
-const std::initializer_list<std::pair<const char*, double>> rocking = {
-    {"nonlinear_gs", 0.3}, {"xpbd", 0.25}, {"vbd", 1}, {"avbd", 1}};
-const std::initializer_list<std::pair<const char*, double>> rockingSpeed = {
-    {"nonlinear_gs", 2e-3}, {"xpbd", 2e-3}, {"vbd", 3.4}, {"avbd", 2e-3}};
-
 // Thrown without spin: rolls after t = v0 / (mu g (1 + 1/k)) at v = v0 / (1 + k), with k = I / (m r^2).
 TEST(Friction, SlideTurnsIntoRoll) {
     forEachSolver([](const SolverDef& solver) {
@@ -154,13 +155,9 @@ TEST(Friction, SlideTurnsIntoRoll) {
                 }
             }
             const std::string what = solver.name + ", " + roller.name;
-            // Two points under a cylinder: what takes each contact anew at every visit rocks it from end to end, and
-            // its slip wavers; with vbd and avbd it is never as steady as a thousandth of a metre a second.
-            const bool rocks = std::string(roller.name) == "cylinder";
-            const double late = rocks ? boundOf(solver, 2 * dt, rocking) : 2 * dt;
-            expectClose(what + ", time until it rolls", measured, rolls, late);
-            const double wrong = rocks ? boundOf(solver, 4e-9, rockingSpeed) : 3e-10;
-            expectClose(what + ", rolling speed", velocity(world, body).x(), speed, wrong);
+            expectClose(what + ", time until it rolls", measured, rolls, 2 * dt);
+            expectClose(what + ", rolling speed", velocity(world, body).x(), speed,
+                        boundOf(solver, 4e-9, {{"xpbd", 7e-7}}));
         }
     });
 }
@@ -175,11 +172,7 @@ TEST(Friction, RollingDownASlope) {
             const BodyId body = world.add(rollerDef(roller, Vec3d::Zero()));
             run(world, 1, 1.0 / 240);
             const double a = standardGravity * std::sin(angle) / (1 + roller.share);
-            // The same rocking; and the friction of vbd yields.
-            const double wrong =
-                std::string(roller.name) == "cylinder"
-                    ? boundOf(solver, 1e-11, {{"nonlinear_gs", 0.04}, {"xpbd", 0.05}, {"vbd", 0.9}, {"avbd", 5e-3}})
-                    : boundOf(solver, 1e-11, {{"vbd", 1e-3}});
+            const double wrong = boundOf(solver, 1e-11, {{"xpbd", 4e-7}});
             expectClose(solver.name + ", " + roller.name + ", rolling speed after 1 s", velocity(world, body).x(), a,
                         wrong);
         }
@@ -239,11 +232,6 @@ TEST(Friction, LadderOnASmoothWall) {
             run(world, 1);
             return middle.y() - position(world, ladder).y();
         };
-        // What creeps lowers the ladder until it slips, for vbd even a steep one.
-        if (traitsOf(solver).creep > 1e-2) {
-            expectBelow(solver.name + ", ladder at 60 degrees creeps in 1 s, m", drop(60), 0.3);
-            return;
-        }
         expectBelow(solver.name + ", ladder at 47 degrees sinks, m", drop(47),
                     boundOf(solver, 1e-3, {{"xpbd", 6.2e-3}}));
         EXPECT_GT(drop(43), 0.02) << "at 43 degrees it slips";

@@ -371,11 +371,27 @@ TYPED_TEST(Jacobians, OfContacts) {
     TestRandom random(29);
     for (int trial = 0; trial < 40; ++trial) {
         const Posed a{random.vector(2), random.rotation()};
-        const Posed b{random.vector(2), random.rotation()};
-        const ContactGeometry<S> contact{random.vector(1).cast<S>(), random.vector(1).cast<S>(),
-                                         random.direction().cast<S>().normalized()};
-        const ContactGeometry<double> exact{contact.onA.template cast<double>(), contact.onB.template cast<double>(),
-                                            contact.normal.template cast<double>()};
+        Posed b{random.vector(2), random.rotation()};
+        ContactGeometry<double> exact{random.vector(1), random.vector(1), random.direction()};
+        // Every second one is round on a, on b, or on both, where the gap is along the normal.
+        const Vec3d n = a.rotation * exact.normal;
+        if (trial % 4 == 1 || trial % 8 == 3) {
+            exact.roundA = random.uniform(0.1, 1) * exact.normal;
+        }
+        if (trial % 4 == 3) {
+            exact.roundB = random.uniform(-1, -0.1) * (b.rotation.conjugate() * n);
+        }
+        if (exact.carriedByNone()) {
+            b.position = a * exact.onA + random.uniform(-0.1, 0.1) * n - b.rotation * exact.onB;
+        } else if (exact.carriedByB()) {
+            exact.normal = b.rotation.conjugate() * n;
+        }
+        exact.startStep(a, b);
+        ContactGeometry<S> contact{exact.onA.template cast<S>(), exact.onB.template cast<S>(),
+                                   exact.normal.template cast<S>()};
+        contact.roundA = exact.roundA.template cast<S>();
+        contact.roundB = exact.roundB.template cast<S>();
+        contact.startStep(a.cast<S>(), b.cast<S>());
         const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
             RowBlock<T> block;
             RowWriter<T> writer(rows, block);
@@ -415,7 +431,7 @@ TYPED_TEST(Jacobians, OfContactsOfParticles) {
         exact.onB = first ? onBody : Vec3d(-r * n);
         exact.normal = first ? Vec3d(-outward) : outward;
         (first ? exact.particleA : exact.particleB) = true;
-        (first ? exact.roundA : exact.roundB) = true;
+        (first ? exact.roundA : exact.roundB) = first ? exact.onA : exact.onB;
         const Posed a = first ? particle : body;
         const Posed b = first ? body : particle;
         exact.startStep(a, b);
@@ -425,8 +441,8 @@ TYPED_TEST(Jacobians, OfContactsOfParticles) {
         contact.normal = exact.normal.template cast<S>();
         contact.particleA = exact.particleA;
         contact.particleB = exact.particleB;
-        contact.roundA = exact.roundA;
-        contact.roundB = exact.roundB;
+        contact.roundA = exact.roundA.template cast<S>();
+        contact.roundB = exact.roundB.template cast<S>();
         contact.startStep(a.cast<S>(), b.cast<S>());
         const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
             RowBlock<T> block;

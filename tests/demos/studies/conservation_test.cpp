@@ -88,11 +88,37 @@ TEST(HangingChainTest, NothingDivergesByDefault) {
     }
 }
 
+// Whatever sub-steps and iterations a user asks for: a chain that flies apart or gains energy says so.
+class DivergingChains : public testing::TestWithParam<SolverInfo> {};
+TEST_P(DivergingChains, RaiseAFlag) {
+    for (const ChainEntry& e : chainStudy(false, {}, GetParam().name).entries) {
+        EXPECT_TRUE(e.diverged.empty() || e.warned())
+            << e.option.solver.name << ", " << e.option.name << ", R = " << e.ratio << ", " << e.setting.substeps
+            << " x " << e.setting.iterations << (e.rigid ? ", rigid: " : ": ") << e.diverged << ", gained "
+            << e.energyGained << " J";
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Solvers, DivergingChains, testing::ValuesIn(solverList()),
+                         [](const auto& info) { return std::string(info.param.name); });
+
 TEST(HangingChainTest, TellsWhatDiverges) {
     // Plain Jacobi, over-relaxed beyond what it bears: the longest Jacobi mode of a row of links grows.
     const ChainOption wild{
         .name = "wild", .solver = {.name = "jacobi", .relaxation = 1.99, .massSplitting = false}, .risky = true};
     EXPECT_NE(hangChain(wild, {1, 40}, 1, false, 2).diverged, "");
+}
+
+// Which of the solvers over places let a heavy load fall is in docs/solvers.md; none may do so without a word.
+TEST(StackStudyTest, NothingFallsInSilence) {
+    for (const char* const solver : {"nonlinear_gs", "xpbd", "vbd", "avbd"}) {
+        for (const StackCase& which : stackCases()) {
+            if (which.scene == "heavy") {
+                const StackEntry entry = stackUp(which, solver, 2);
+                EXPECT_TRUE(entry.displacement < 0.02 || entry.warned())
+                    << solver << ", " << which.name << ": " << entry.displacement << " m";
+            }
+        }
+    }
 }
 
 TEST(StackStudyTest, DirectStands) {
