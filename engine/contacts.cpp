@@ -1,15 +1,20 @@
 #include <cairn/engine/contacts.hpp>
 
+#include <algorithm>
+
 namespace cairn {
 namespace {
 
-// A pair whose bodies moved less than this against each other, m and rad, since its manifold was made keeps it;
-// separations are carried by the anchors, so that the error is of second order in it.
-constexpr double stillMotion = 1e-6;
-
-bool isStill(const Posed& before, const Posed& now) {
-    return (before.position - now.position).cwiseAbs().maxCoeff() < stillMotion &&
-           (before.rotation.coeffs() - now.rotation.coeffs()).cwiseAbs().maxCoeff() < stillMotion;
+// How far the smaller of two bodies has moved against the other since their manifold was made: no point of it farther
+// than this, m.
+template <class S>
+double movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>& a, const Body<S>& b) {
+    const bool fromB = a.radius < b.radius;
+    const Body<S>& small = fromB ? a : b;
+    const Vec3d centre = small.localCentre.template cast<double>();
+    const Vec3d way = fromB ? Vec3d(aFromB.inverse() * centre - pair.aFromB.inverse() * centre)
+                            : Vec3d(aFromB * centre - pair.aFromB * centre);
+    return way.norm() + 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm() * small.radius;
 }
 
 template <class S>
@@ -21,18 +26,27 @@ double staticFriction(const Material& m) {
     return std::max(m.friction, m.staticFriction);
 }
 
-// Whether a shape rolls over its contact: its surface is round where the normal (body frame) meets it.
-bool isRound(const Shape& shape, const Vec3d& normal) {
+// The radius (m) by which a shape rolls over a contact at `point` with the outward `normal` (body frame): its radius of
+// curvature across its axis; 0 where a corner, an edge or a face touches.
+double roundness(const Shape& shape, const Vec3d& point, const Vec3d& normal) {
     switch (shape.kind) {
         case ShapeKind::Sphere:
         case ShapeKind::Capsule:
+            return shape.size.x();
         case ShapeKind::Ellipsoid:
-            return true;
+            return std::max(0.0, normal.dot(point - shape.pose.position));
         case ShapeKind::Cylinder:
-        case ShapeKind::Cone:
-            return std::abs(normal.dot(shape.pose.rotation * Vec3d::UnitY())) < 0.9;
+        case ShapeKind::Cone: {
+            const Vec3d axis = shape.pose.rotation * Vec3d::UnitY();
+            const double slant = normal.dot(axis);
+            if (std::abs(slant) >= 0.9) {
+                return 0;
+            }
+            const Vec3d arm = point - shape.pose.position;
+            return std::max(0.0, normal.dot(arm - axis.dot(arm) * axis)) / (1 - slant * slant);
+        }
         default:
-            return false;
+            return 0;
     }
 }
 
@@ -59,36 +73,48 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
         state.geometry.particleA = a.def.particle;
         state.geometry.particleB = b.def.particle;
         state.geometry.normal = (state.geometry.carriedByB() ? normalInB : manifold.normal).template cast<S>();
-        state.geometry.roundA = isRound(a.def.shapes[manifold.shapeA], manifold.normal);
-        state.geometry.roundB = isRound(b.def.shapes[manifold.shapeB], normalInB);
+        state.geometry.roundA = static_cast<S>(roundness(a.def.shapes[manifold.shapeA], point.onA, manifold.normal));
+        state.geometry.roundB = static_cast<S>(roundness(b.def.shapes[manifold.shapeB], point.onB, -normalInB));
         state.separation = static_cast<S>(point.separation);
     }
     return patch;
 }
 
 // The gap that a and b can close within dt; spins count by the smaller body's size, so that a spinning floor reaches no
-// further than what stands on it.
+// further than what stands on it. A fast body is swept: contacts far ahead of it would stop it at what it only passes.
 template <class S>
 double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
     const double radius = std::min(a.body->radius, b.body->radius);
     const double spin = static_cast<double>(a.w.norm() + b.w.norm());
-    return dt * (static_cast<double>((a.v - b.v).norm()) + (std::isfinite(radius) ? spin * radius : 0));
+    double gap = dt * (static_cast<double>((a.v - b.v).norm()) + (std::isfinite(radius) ? spin * radius : 0));
+    for (const PairSide<S>* side : {&a, &b}) {
+        const Body<S>& body = *side->body;
+        const double way =
+            dt * (static_cast<double>(side->v.norm()) + static_cast<double>(side->w.norm()) * body.turningRadius);
+        if (way > body.fastWay) {
+            gap = std::min(gap, body.radius);
+        }
+    }
+    return gap;
 }
 
 }  // namespace
 
 template <class S>
-void collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
+bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
                  NarrowCounts& counts) {
     const Posed frameA = a.frame();
     const Posed frameB = b.frame();
     const Posed aFromB = relativePose(frameA, frameB);
-    const double margin = reach.margin + closing(a, b, reach.dt);
-    // What stands still but is about to be thrown must be looked for further out.
-    const bool reached = margin <= pair.margin + 0.1 * reach.margin;
-    if (pair.made && reached && isStill(pair.aFromB, aFromB)) {
-        return;
+    const double ahead = closing(a, b, reach.dt);
+    if (pair.made) {
+        // What lies within reach of this step must be among the known points.
+        const double moved = movedSince(pair, aFromB, *a.body, *b.body);
+        if (moved <= reach.still && moved + ahead <= pair.margin) {
+            return false;
+        }
     }
+    const double margin = reach.margin + ahead;
     static thread_local std::vector<Manifold> manifolds;
     manifolds.clear();
     collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, manifolds, counts);
@@ -109,6 +135,7 @@ void collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     pair.aFromB = aFromB;
     pair.margin = margin;
     pair.made = true;
+    return true;
 }
 
 template <class S>
@@ -130,16 +157,18 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
     pairs_.swap(next_);
 
     std::vector<NarrowCounts> counts(pairs_.size());
+    std::vector<std::uint8_t> carried(pairs_.size(), 0);
     parallelFor(jobs, pairs_.size(), 32, [&](std::size_t i) {
         PairContacts<S>& pair = pairs_[i];
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
         const bool moves = (a.awake && a.def.type != BodyType::Static) || (b.awake && b.def.type != BodyType::Static);
         if (moves || !pair.made) {
-            collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, counts[i]);
+            carried[i] = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, counts[i]) ? 0 : 1;
         }
     });
     counts_ = {};
+    carried_ = static_cast<int>(std::count(carried.begin(), carried.end(), 1));
     for (const NarrowCounts& c : counts) {
         counts_ += c;
     }
@@ -150,9 +179,9 @@ void ContactTable<S>::forget(ProxyId body) {
     std::erase_if(pairs_, [&](const PairContacts<S>& p) { return p.pair.a == body || p.pair.b == body; });
 }
 
-template void collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&, const ContactReach&,
+template bool collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&, const ContactReach&,
                           NarrowCounts&);
-template void collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&, const ContactReach&,
+template bool collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&, const ContactReach&,
                           NarrowCounts&);
 template class ContactTable<float>;
 template class ContactTable<double>;

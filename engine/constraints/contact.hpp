@@ -11,12 +11,14 @@ struct ContactGeometry {
     Vec3<S> onA;     // point of a, from its centre of mass, in a's frame, m
     Vec3<S> onB;     // point of b, likewise
     Vec3<S> normal;  // unit, from a to b, in the frame of the body that carries it
-    // Where a surface is round, the point that touches stays where it is while the body rolls on below it: its arm
-    // keeps the world direction that it had at the start of the step. A corner turns with its body.
-    bool roundA = false;
-    bool roundB = false;
-    Vec3<S> startArmA = Vec3<S>::Zero();  // m, world
-    Vec3<S> startArmB = Vec3<S>::Zero();
+    // m: where a surface is round, by this radius, the point that touches stays below the middle of the rounding while
+    // the body rolls on: that middle turns with the body, and from it on the arm keeps the normal that it had at the
+    // start of the step. 0: a corner, which turns with its body.
+    S roundA = 0;
+    S roundB = 0;
+    Vec3<S> startNormal = Vec3<S>::Zero();  // world
+    Vec3<S> middleA = Vec3<S>::Zero();      // of the rounding, in a's frame
+    Vec3<S> middleB = Vec3<S>::Zero();
     bool particleA = false;
     bool particleB = false;
 
@@ -25,11 +27,16 @@ struct ContactGeometry {
     Vec3<S> direction(const Pose<S>& a, const Pose<S>& b) const { return carrier(a, b) * normal; }
 
     void startStep(const Pose<S>& a, const Pose<S>& b) {
-        startArmA = a.rotation * onA;
-        startArmB = b.rotation * onB;
+        startNormal = direction(a, b);
+        middleA = onA - roundA * (a.rotation.conjugate() * startNormal);
+        middleB = onB + roundB * (b.rotation.conjugate() * startNormal);
     }
-    Vec3<S> armOnA(const Pose<S>& a) const { return roundA ? startArmA : Vec3<S>(a.rotation * onA); }
-    Vec3<S> armOnB(const Pose<S>& b) const { return roundB ? startArmB : Vec3<S>(b.rotation * onB); }
+    Vec3<S> armOnA(const Pose<S>& a) const {
+        return roundA > S(0) ? Vec3<S>(a.rotation * middleA + roundA * startNormal) : Vec3<S>(a.rotation * onA);
+    }
+    Vec3<S> armOnB(const Pose<S>& b) const {
+        return roundB > S(0) ? Vec3<S>(b.rotation * middleB - roundB * startNormal) : Vec3<S>(b.rotation * onB);
+    }
     S separation(const Pose<S>& a, const Pose<S>& b) const {
         return direction(a, b).dot((b.position - a.position) + armOnB(b) - armOnA(a));
     }

@@ -415,7 +415,7 @@ TYPED_TEST(Jacobians, OfContactsOfParticles) {
         exact.onB = first ? onBody : Vec3d(-r * n);
         exact.normal = first ? Vec3d(-outward) : outward;
         (first ? exact.particleA : exact.particleB) = true;
-        (first ? exact.roundA : exact.roundB) = true;
+        (first ? exact.roundA : exact.roundB) = r;
         const Posed a = first ? particle : body;
         const Posed b = first ? body : particle;
         exact.startStep(a, b);
@@ -425,8 +425,8 @@ TYPED_TEST(Jacobians, OfContactsOfParticles) {
         contact.normal = exact.normal.template cast<S>();
         contact.particleA = exact.particleA;
         contact.particleB = exact.particleB;
-        contact.roundA = exact.roundA;
-        contact.roundB = exact.roundB;
+        contact.roundA = static_cast<S>(exact.roundA);
+        contact.roundB = static_cast<S>(exact.roundB);
         contact.startStep(a.cast<S>(), b.cast<S>());
         const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
             RowBlock<T> block;
