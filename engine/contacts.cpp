@@ -17,6 +17,24 @@ double movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S
     return way.norm() + 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm() * small.radius;
 }
 
+// m. Where something rolls, the point that touches wanders off the known one, and a separation that is too small by the
+// square of the way would drive it: such pairs must stand still. Small bodies move less before it counts.
+template <class S>
+double stillBound(const PairContacts<S>& pair, double wanted, double smallerRadius) {
+    constexpr double rolling = 1e-6;
+    constexpr double ofRadius = 1e-3;
+    double bound = std::min(wanted, ofRadius * smallerRadius);
+    for (const ContactPatch<S>& patch : pair.patches) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
+            const ContactGeometry<S>& geometry = patch.points[k].geometry;
+            if (geometry.roundA > S(0) || geometry.roundB > S(0)) {
+                bound = std::min(bound, rolling);
+            }
+        }
+    }
+    return bound;
+}
+
 template <class S>
 S combined(double a, double b) {
     return static_cast<S>(std::sqrt(a * b));
@@ -110,7 +128,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     if (pair.made) {
         // What lies within reach of this step must be among the known points.
         const double moved = movedSince(pair, aFromB, *a.body, *b.body);
-        if (moved <= reach.still && moved + ahead <= pair.margin) {
+        if (moved <= stillBound(pair, reach.still, std::min(a.body->radius, b.body->radius)) &&
+            moved + ahead <= pair.margin) {
             return false;
         }
     }

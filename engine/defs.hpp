@@ -148,8 +148,9 @@ struct WorldDef {
     int threads = 1;                       // of the built-in job system, when `jobs` is null
     std::shared_ptr<JobSystem> jobs = {};  // a game's own
     double contactMargin = 0.01;           // m: gap at which contacts are looked for
-    // m: a pair keeps its contact points while no point of the two bodies has moved farther against the other body
-    // since they were found; their separations follow the bodies. 0: every moving pair is asked in every step.
+    // m: a pair keeps its contact points while no point of the smaller body has moved farther against the other one
+    // since they were found, nor by more than 0.1 % of its radius, nor rolled; their separations follow the bodies. 0:
+    // every pair that moves is asked in every step.
     double stillDistance = 1e-4;
     // A body that moves farther in a step than this share of its inner radius, turning included, is swept.
     double continuousShare = 0.5;
