@@ -67,13 +67,9 @@ std::vector<Posed> pathOf(Worldd& world, BodyId id, double seconds) {
 
 // v^2 / (2 mu g) = 10 m, aslant over the seams and turning a little.
 TEST(Slides, FollowTheSamePathOverAnyFlatGround) {
-    // Over tiles a box has up to 16 points instead of four, for which `direct` finds no lift (docs/collision.md).
     for (const char* solver : {"auto", "gauss_seidel"}) {
         std::vector<Posed> first;
         for (const auto& [kind, name] : grounds) {
-            if (kind == Ground::Tiles && std::string(solver) == "auto") {
-                continue;
-            }
             Worldd world({.solver = {.name = solver}, .sleep = {.enabled = false}});
             addGround(world, kind, 0.4);
             const double speed = std::sqrt(2 * 0.4 * standardGravity * 10);
