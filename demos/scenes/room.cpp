@@ -14,7 +14,7 @@ std::filesystem::path dataFile(const char* name) {
 const std::vector<Shape>& angle() {
     static const std::vector<Shape> hulls = [] {
         TriangleMesh bars;
-        const std::array<Vec3d, 6> outline = {Vec3d(-0.2, -0.2, 0), Vec3d(0.2, -0.2, 0), Vec3d(0.2, -0.08, 0),
+        const std::array<Vec3d, 6> outline = {Vec3d(-0.2, -0.2, 0),   Vec3d(0.2, -0.2, 0),  Vec3d(0.2, -0.08, 0),
                                               Vec3d(-0.08, -0.08, 0), Vec3d(-0.08, 0.2, 0), Vec3d(-0.2, 0.2, 0)};
         for (const double z : {-0.08, 0.08}) {
             for (const Vec3d& corner : outline) {

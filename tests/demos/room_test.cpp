@@ -61,8 +61,10 @@ TEST_P(Rooms, NothingIsLostOrStuck) {
     }
     EXPECT_LT(deepest, 5e-3);
     if (std::getenv("CAIRN_TEST_PRINT") != nullptr) {
-        std::printf("    %s: deepest at the end %.4g mm, over the run %.4g mm; fastest %.3g m/s, %d awake; %d sweeps, %d held\n",
-                    room.name, 1e3 * deepest, 1e3 * worst, fastest, awake, swept, held);
+        std::printf(
+            "    %s: deepest at the end %.4g mm, over the run %.4g mm; fastest %.3g m/s, %d awake; %d sweeps, %d "
+            "held\n",
+            room.name, 1e3 * deepest, 1e3 * worst, fastest, awake, swept, held);
     }
 }
 

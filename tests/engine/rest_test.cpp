@@ -65,30 +65,39 @@ std::vector<Posed> pathOf(Worldd& world, BodyId id, double seconds) {
     return path;
 }
 
-// v^2 / (2 mu g) = 10 m, aslant over the seams and turning a little.
+std::vector<Posed> slide(Ground kind, const char* solver, double spin) {
+    Worldd world({.solver = {.name = solver}, .sleep = {.enabled = false}});
+    addGround(world, kind, 0.4);
+    const double speed = std::sqrt(2 * 0.4 * standardGravity * 10);
+    const BodyId crate = world.add({.shapes = {withMaterial(box({0.4, 0.3, 0.35}), 0.4)},
+                                    .position = Vec3d(0, 0.3, 0),
+                                    .linearVelocity = speed * Vec3d(std::cos(0.1), 0, std::sin(0.1)),
+                                    .angularVelocity = Vec3d(0, spin, 0)});
+    return pathOf(world, crate, 3);
+}
+
+// v^2 / (2 mu g) = 10 m, aslant over the seams; straight, and turning a little.
 TEST(Slides, FollowTheSamePathOverAnyFlatGround) {
     for (const char* solver : {"auto", "gauss_seidel"}) {
-        std::vector<Posed> first;
-        for (const auto& [kind, name] : grounds) {
-            Worldd world({.solver = {.name = solver}, .sleep = {.enabled = false}});
-            addGround(world, kind, 0.4);
-            const double speed = std::sqrt(2 * 0.4 * standardGravity * 10);
-            const BodyId crate = world.add({.shapes = {withMaterial(box({0.4, 0.3, 0.35}), 0.4)},
-                                            .position = Vec3d(0, 0.3, 0),
-                                            .linearVelocity = speed * Vec3d(std::cos(0.1), 0, std::sin(0.1)),
-                                            .angularVelocity = Vec3d(0, 0.3, 0)});
-            const std::vector<Posed> path = pathOf(world, crate, 3);
-            first = first.empty() ? path : first;
-            double off = 0;
-            double lift = 0;
-            for (std::size_t i = 0; i < path.size(); ++i) {
-                off = std::max(off, (path[i].position - first[i].position).norm());
-                lift = std::max(lift, std::abs(path[i].position.y() - 0.3));
+        for (const double spin : {0.0, 0.3}) {
+            const std::vector<Posed> first = slide(Ground::OnePiece, solver, spin);
+            for (const auto& [kind, name] : grounds) {
+                const std::vector<Posed> path = slide(kind, solver, spin);
+                double off = 0;
+                double lift = 0;
+                for (std::size_t i = 0; i < path.size(); ++i) {
+                    off = std::max(off, (path[i].position - first[i].position).norm());
+                    lift = std::max(lift, std::abs(path[i].position.y() - 0.3));
+                }
+                // Tiles spread the weight over up to 16 points, and the friction that slows a turn with it.
+                const bool spread = kind == Ground::Tiles && spin > 0;
+                const double bound = spread ? (std::string(solver) == "auto" ? 3.3e-3 : 0.04) : 1e-3;
+                const std::string what =
+                    std::string(solver) + " over " + name + (spin > 0 ? ", turning" : ", straight");
+                expectBelow(what + ": way of a sliding box off that over one piece, m", off, bound);
+                expectBelow(what + ": its middle off its height, m", lift, 1e-3);
+                expectClose(what + ": it slid, m", path.back().position.norm(), 10, 0.15);
             }
-            const std::string what = std::string(solver) + " over " + name;
-            expectBelow(what + ": way of a sliding box off that over one piece, m", off, 1e-3);
-            expectBelow(what + ": its middle off its height, m", lift, 1e-3);
-            expectClose(what + ": it slid, m", path.back().position.norm(), 10, 0.3);
         }
     }
 }
