@@ -1,5 +1,5 @@
 #pragma once
-// Triangles out of mesh files.
+// Triangles and heights out of files.
 #include <cairn/base/base.hpp>
 
 #include <filesystem>
@@ -12,5 +12,9 @@ namespace cairn {
 // another kind, holds no triangle, or holds a coordinate that is not finite or an index out of range.
 // The parser is a general one, not hardened against hostile files: load what you trust.
 TriangleMesh loadMesh(const std::filesystem::path& file, double scale = 1);
+
+// Reads a text file of heights, a line a row, numbers parted by commas or blanks, times `scale`, as m; nan is a hole.
+// Throws InputError with the place where it holds something else.
+std::vector<std::vector<double>> loadHeights(const std::filesystem::path& file, double scale = 1);
 
 }  // namespace cairn

@@ -52,6 +52,8 @@ std::string readText(const std::filesystem::path& file) {
     return text.str();
 }
 
+}  // namespace
+
 std::vector<std::vector<double>> loadHeights(const std::filesystem::path& file, double scale) {
     const std::string text = readText(file);
     std::vector<std::vector<double>> rows;
@@ -86,6 +88,8 @@ std::vector<std::vector<double>> loadHeights(const std::filesystem::path& file, 
     }
     return rows;
 }
+
+namespace {
 
 Shape fieldOf(const std::vector<std::vector<double>>& heights, double cellSize, const std::string& place) {
     const std::size_t rows = heights.size();

@@ -161,6 +161,11 @@ struct Words<GyroscopicRule> {
     static constexpr const char* what = "a gyroscopic rule";
     static constexpr std::array list = {"none", "explicit", "restored_momentum", "midpoint", "runge_kutta"};
 };
+template <>
+struct Words<Continuous> {
+    static constexpr const char* what = "a rule of continuous collision";
+    static constexpr std::array list = {"auto", "always", "never"};
+};
 template <class E>
 concept Worded = requires {
     Words<E>::list;
@@ -241,6 +246,10 @@ void describe(A& a, WorldFields& w) {
     a.field("gyroscopic", w.def.gyroscopic, {"how the spin of a body with unequal moments of inertia turns"});
     a.field("threads", w.def.threads, {"worker threads; they never change the result", 1, 1024});
     a.field("contactMargin", w.def.contactMargin, {"m: gap at which contacts are looked for", 0});
+    a.field("stillDistance", w.def.stillDistance,
+            {"m: bodies that moved no farther against each other keep their contact points", 0});
+    a.field("continuousShare", w.def.continuousShare,
+            {.text = "of its inner radius: a body that moves farther in a step is swept", .least = 0, .above = true});
     a.field("restitutionSpeed", w.def.restitutionSpeed, {"m/s: slower approaches do not bounce", 0});
     a.field("maxPushOutSpeed", w.def.maxPushOutSpeed, {"m/s: penetration is pushed out no faster", 0});
 }
@@ -383,6 +392,8 @@ void describe(A& a, BodyFields& b) {
     a.field("lockAngular", d.lockAngular, {"world axes about which the body must not turn"});
     a.field("filter", d.filter, {"whom the body may hit"});
     a.field("tolerance", d.tolerance, {"m: position error allowed at its contacts and joints; 0: the world's", 0});
+    a.field("continuous", d.continuous,
+            {"whether its way is searched for what it would pass through: auto, when it is fast for its size"});
     a.field("canSleep", d.canSleep, {"whether it may fall asleep"});
     a.field("awake", d.awake, {"whether it starts awake"});
     a.field("shapes", b.shapes, {"its geometry"});

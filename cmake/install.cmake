@@ -68,6 +68,8 @@ endforeach()
 
 if(TARGET cairn_command)
     install(TARGETS cairn_command)
+    install(FILES assets/data/stairs.stl assets/data/bowl.obj assets/data/hills.csv
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
     if(BUILD_SHARED_LIBS)
         # What only the command links.
         install(TARGETS cairn_scenes cairn_demo cairn_studies)

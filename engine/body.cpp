@@ -116,10 +116,30 @@ void weigh(Body<S>& body) {
     body.gyroscopic = (properties.inertia - mean * Mat3d::Identity()).cwiseAbs().maxCoeff() > 1e-9 * mean;
 }
 
+template <class S>
+void measureShapes(Body<S>& body, double continuousShare) {
+    const BodyDef& def = body.def;
+    const Vec3d centre = body.localCentre.template cast<double>();
+    body.radius = boundingRadius(def.shapes, centre);
+    if (!body.isDynamic()) {
+        return;
+    }
+    body.turningRadius = def.particle ? 0 : turningRadius(def.shapes, centre);
+    body.innerRadius = std::numeric_limits<double>::infinity();
+    for (const Shape& shape : def.shapes) {
+        body.innerRadius = std::min(body.innerRadius, innerRadius(shape));
+    }
+    if (def.continuous == Continuous::Always) {
+        body.fastWay = 0;
+    } else if (def.continuous == Continuous::Auto && !def.particle) {
+        body.fastWay = continuousShare * body.innerRadius;
+    }
+}
+
 }  // namespace
 
 template <class S>
-Body<S> makeBody(const BodyDef& def) {
+Body<S> makeBody(const BodyDef& def, double continuousShare) {
     validate(def);
     Body<S> body;
     body.def = def;
@@ -141,11 +161,13 @@ Body<S> makeBody(const BodyDef& def) {
     body.locked = body.isDynamic() && (any(def.lockLinear) || any(def.lockAngular));
     body.awake = body.isDynamic() ? def.awake : def.type == BodyType::Kinematic;
     body.restPose = body.pose;
-    body.radius = def.shapes.empty() ? 0 : boundingRadius(def.shapes, body.localCentre.template cast<double>());
+    if (!def.shapes.empty()) {
+        measureShapes(body, continuousShare);
+    }
     return body;
 }
 
-template Body<float> makeBody<float>(const BodyDef&);
-template Body<double> makeBody<double>(const BodyDef&);
+template Body<float> makeBody<float>(const BodyDef&, double);
+template Body<double> makeBody<double>(const BodyDef&, double);
 
 }  // namespace cairn

@@ -25,7 +25,11 @@ struct Body {
     bool awake = true;
     double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from restPose
     Pose<S> restPose;
-    double radius = 0;  // m, farthest point from the centre of mass
+    double radius = 0;         // m, farthest point from the centre of mass
+    double innerRadius = 0;    // m, least of its shapes'
+    double turningRadius = 0;  // m: turning by an angle moves no point that matters farther than angle times this
+    // m: moved farther than this within a step, it is swept; and contacts look no farther ahead than its radius.
+    double fastWay = std::numeric_limits<double>::infinity();
 
     bool isDynamic() const { return def.type == BodyType::Dynamic; }
     Pose<S> framePose() const { return {pose.position - pose.rotation * localCentre, pose.rotation}; }
@@ -42,9 +46,9 @@ std::string label(const BodyDef& def);
 void requireFinite(const BodyDef& def, const char* field, bool finite);
 
 // The body that a def describes, with mass and inertia filled in. Throws InputError for what no body can be, or what
-// this precision cannot hold.
+// this precision cannot hold. continuousShare: of WorldDef.
 template <class S>
-Body<S> makeBody(const BodyDef& def);
+Body<S> makeBody(const BodyDef& def, double continuousShare);
 
 template <class S>
 using BodyTable = SlotTable<Body<S>, BodyId>;

@@ -1,15 +1,38 @@
 #include <cairn/engine/contacts.hpp>
 
+#include <algorithm>
+
 namespace cairn {
 namespace {
 
-// A pair whose bodies moved less than this against each other, m and rad, since its manifold was made keeps it;
-// separations are carried by the anchors, so that the error is of second order in it.
-constexpr double stillMotion = 1e-6;
+// How far the smaller of two bodies has moved against the other since their manifold was made: no point of it farther
+// than this, m.
+template <class S>
+double movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>& a, const Body<S>& b) {
+    const bool fromB = a.radius < b.radius;
+    const Body<S>& small = fromB ? a : b;
+    const Vec3d centre = small.localCentre.template cast<double>();
+    const Vec3d way = fromB ? Vec3d(aFromB.inverse() * centre - pair.aFromB.inverse() * centre)
+                            : Vec3d(aFromB * centre - pair.aFromB * centre);
+    return way.norm() + 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm() * small.radius;
+}
 
-bool isStill(const Posed& before, const Posed& now) {
-    return (before.position - now.position).cwiseAbs().maxCoeff() < stillMotion &&
-           (before.rotation.coeffs() - now.rotation.coeffs()).cwiseAbs().maxCoeff() < stillMotion;
+// m. Where something rolls, the point that touches wanders off the known one, and a separation that is too small by the
+// square of the way would drive it: such pairs must stand still. Small bodies move less before it counts.
+template <class S>
+double stillBound(const PairContacts<S>& pair, double wanted, double smallerRadius) {
+    constexpr double rolling = 1e-6;
+    constexpr double ofRadius = 1e-3;
+    double bound = std::min(wanted, ofRadius * smallerRadius);
+    for (const ContactPatch<S>& patch : pair.patches) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
+            const ContactGeometry<S>& geometry = patch.points[k].geometry;
+            if (!geometry.roundA.isZero(S(0)) || !geometry.roundB.isZero(S(0))) {
+                bound = std::min(bound, rolling);
+            }
+        }
+    }
+    return bound;
 }
 
 template <class S>
@@ -78,28 +101,41 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
 }
 
 // The gap that a and b can close within dt; spins count by the smaller body's size, so that a spinning floor reaches no
-// further than what stands on it.
+// further than what stands on it. A fast body is swept: contacts far ahead of it would stop it at what it only passes.
 template <class S>
 double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
     const double radius = std::min(a.body->radius, b.body->radius);
     const double spin = static_cast<double>(a.w.norm() + b.w.norm());
-    return dt * (static_cast<double>((a.v - b.v).norm()) + (std::isfinite(radius) ? spin * radius : 0));
+    double gap = dt * (static_cast<double>((a.v - b.v).norm()) + (std::isfinite(radius) ? spin * radius : 0));
+    for (const PairSide<S>* side : {&a, &b}) {
+        const Body<S>& body = *side->body;
+        const double way =
+            dt * (static_cast<double>(side->v.norm()) + static_cast<double>(side->w.norm()) * body.turningRadius);
+        if (way > body.fastWay) {
+            gap = std::min(gap, body.radius);
+        }
+    }
+    return gap;
 }
 
 }  // namespace
 
 template <class S>
-void collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
+bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
                  NarrowCounts& counts) {
     const Posed frameA = a.frame();
     const Posed frameB = b.frame();
     const Posed aFromB = relativePose(frameA, frameB);
-    const double margin = reach.margin + closing(a, b, reach.dt);
-    // What stands still but is about to be thrown must be looked for further out.
-    const bool reached = margin <= pair.margin + 0.1 * reach.margin;
-    if (pair.made && reached && isStill(pair.aFromB, aFromB)) {
-        return;
+    const double ahead = closing(a, b, reach.dt);
+    if (pair.made) {
+        // What lies within reach of this step must be among the known points.
+        const double moved = movedSince(pair, aFromB, *a.body, *b.body);
+        if (moved <= stillBound(pair, reach.still, std::min(a.body->radius, b.body->radius)) &&
+            moved + ahead <= pair.margin) {
+            return false;
+        }
     }
+    const double margin = reach.margin + ahead;
     static thread_local std::vector<Manifold> manifolds;
     manifolds.clear();
     collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, manifolds, counts);
@@ -120,6 +156,7 @@ void collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     pair.aFromB = aFromB;
     pair.margin = margin;
     pair.made = true;
+    return true;
 }
 
 template <class S>
@@ -141,16 +178,18 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
     pairs_.swap(next_);
 
     std::vector<NarrowCounts> counts(pairs_.size());
+    std::vector<std::uint8_t> carried(pairs_.size(), 0);
     parallelFor(jobs, pairs_.size(), 32, [&](std::size_t i) {
         PairContacts<S>& pair = pairs_[i];
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
         const bool moves = (a.awake && a.def.type != BodyType::Static) || (b.awake && b.def.type != BodyType::Static);
         if (moves || !pair.made) {
-            collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, counts[i]);
+            carried[i] = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, counts[i]) ? 0 : 1;
         }
     });
     counts_ = {};
+    carried_ = static_cast<int>(std::count(carried.begin(), carried.end(), 1));
     for (const NarrowCounts& c : counts) {
         counts_ += c;
     }
@@ -161,9 +200,9 @@ void ContactTable<S>::forget(ProxyId body) {
     std::erase_if(pairs_, [&](const PairContacts<S>& p) { return p.pair.a == body || p.pair.b == body; });
 }
 
-template void collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&, const ContactReach&,
+template bool collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&, const ContactReach&,
                           NarrowCounts&);
-template void collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&, const ContactReach&,
+template bool collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&, const ContactReach&,
                           NarrowCounts&);
 template class ContactTable<float>;
 template class ContactTable<double>;

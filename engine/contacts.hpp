@@ -40,6 +40,7 @@ struct PairContacts {
 struct ContactReach {
     double margin = 0;
     double dt = 0;
+    double still = 0;  // m, of WorldDef::stillDistance
 };
 
 // One body of a pair where it is now.
@@ -56,9 +57,9 @@ struct PairSide {
     }
 };
 
-// Makes the manifolds of a pair anew, unless it stood still.
+// Makes the manifolds of a pair anew. False: it stood still, and they are carried.
 template <class S>
-void collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
+bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
                  NarrowCounts& counts);
 
 template <class S>
@@ -72,11 +73,13 @@ public:
     std::vector<PairContacts<S>>& pairs() { return pairs_; }
     const std::vector<PairContacts<S>>& pairs() const { return pairs_; }
     const NarrowCounts& counts() const { return counts_; }  // of the last update
+    int carried() const { return carried_; }                // pairs that kept their manifolds in it though awake
 
 private:
     std::vector<PairContacts<S>> pairs_;  // sorted
     std::vector<PairContacts<S>> next_;
     NarrowCounts counts_;
+    int carried_ = 0;
 };
 
 }  // namespace cairn

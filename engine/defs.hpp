@@ -26,6 +26,20 @@ struct Filter {
     int group = 0;
 };
 
+inline bool filtersAgree(const Filter& a, const Filter& b) {
+    if (a.group != 0 && a.group == b.group) {
+        return a.group > 0;
+    }
+    return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
+}
+
+// Whether a body's way within a step is searched for what it would pass through (continuous.hpp).
+enum class Continuous {
+    Auto,    // when it moves by more than WorldDef::continuousShare of its inner radius; particles never
+    Always,  // whenever it moves: for a body that must not even graze through a corner
+    Never,
+};
+
 struct BodyDef {
     std::string name = {};  // for reports and files; may be empty
     BodyType type = BodyType::Dynamic;
@@ -46,6 +60,7 @@ struct BodyDef {
     std::array<bool, 3> lockAngular = {false, false, false};  // world axes about which the body must not turn
     Filter filter = {};
     double tolerance = 0;  // m: position error allowed at its contacts and joints; 0: AccuracyDef::position
+    Continuous continuous = Continuous::Auto;  // dynamic only
     bool canSleep = true;
     bool awake = true;
 };
@@ -133,8 +148,14 @@ struct WorldDef {
     int threads = 1;                       // of the built-in job system, when `jobs` is null
     std::shared_ptr<JobSystem> jobs = {};  // a game's own
     double contactMargin = 0.01;           // m: gap at which contacts are looked for
-    double restitutionSpeed = 0.05;        // m/s: slower approaches do not bounce (bounces end in finite time)
-    double maxPushOutSpeed = 3;            // m/s: penetration found at the start of a step is pushed out no faster
+    // m: a pair keeps its contact points while no point of the smaller body has moved farther against the other one
+    // since they were found, nor by more than 0.1 % of its radius, nor rolled; their separations follow the bodies. 0:
+    // every pair that moves is asked in every step.
+    double stillDistance = 1e-4;
+    // A body that moves farther in a step than this share of its inner radius, turning included, is swept.
+    double continuousShare = 0.5;
+    double restitutionSpeed = 0.05;  // m/s: slower approaches do not bounce (bounces end in finite time)
+    double maxPushOutSpeed = 3;      // m/s: penetration found at the start of a step is pushed out no faster
 };
 
 }  // namespace cairn

@@ -313,7 +313,7 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
     broadPhase.update();
     // Tables of its own: what the world keeps from step to step stays as it is.
     ContactTable<S> found;
-    found.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt)}, *jobs);
+    found.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.stillDistance}, *jobs);
     Islands<S> parts;
     parts.rebuild(bodies, joints, found, {def.gravity.cast<S>(), def.gyroscopic, false, false});
     Diagnosis diagnosis;

@@ -54,7 +54,7 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
 template <class S>
 void attempt(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request, Solution& solution) {
     const S piece = dt / static_cast<S>(solution.pieces);
-    const ContactReach reach{request.contactMargin, static_cast<double>(piece)};
+    const ContactReach reach{request.contactMargin, static_cast<double>(piece), request.stillDistance};
     SolveReport report;
     S h = piece;
     for (int k = 0; k < solution.pieces; ++k) {
@@ -99,7 +99,7 @@ Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequ
     solution.pieces = 1 << memory.level;
     for (;;) {
         attempt(island, solver, dt, request, solution);
-        island.detect({request.contactMargin, static_cast<double>(dt)}, solution.narrow);
+        island.detect({request.contactMargin, static_cast<double>(dt), request.stillDistance}, solution.narrow);
         measurePenetration(island, request.accuracy, solution.error);
         if (!(solution.error.over > 1) || 2 * solution.pieces > request.accuracy.mostPieces) {
             break;

@@ -20,6 +20,7 @@ struct Solution {
 struct SolveRequest {
     AccuracyDef accuracy;
     double contactMargin = 0;  // m
+    double stillDistance = 0;  // m
     int pieces = 1;            // where no tolerance is asked: of islands whose error is worth it
 };
 

@@ -40,18 +40,22 @@ struct IslandReport {
 struct StepCounts {
     int bodies = 0;
     int awake = 0;
-    int pairs = 0;     // of bodies whose boxes are near
-    int contacts = 0;  // contact points
+    int pairs = 0;         // of bodies whose boxes are near
+    int carriedPairs = 0;  // awake pairs that had hardly moved and kept their contact points
+    int contacts = 0;      // contact points
     int joints = 0;
     int islands = 0;  // awake ones
     int rows = 0;
-    int directIslands = 0;   // islands whose answer is the direct solver's
-    int sweptIslands = 0;    // islands whose answer is Gauss-Seidel's
-    int newtonRounds = 0;    // summed over islands
-    int factorisations = 0;  // of H
-    int unconverged = 0;     // islands left above tolerance, or sinking
-    int energetic = 0;       // islands that gained energy from nothing
-    int attempts = 0;        // solutions of islands; more than `islands` where AccuracyDef asked for better ones
+    int directIslands = 0;     // islands whose answer is the direct solver's
+    int sweptIslands = 0;      // islands whose answer is Gauss-Seidel's
+    int newtonRounds = 0;      // summed over islands
+    int factorisations = 0;    // of H
+    int unconverged = 0;       // islands left above tolerance, or sinking
+    int energetic = 0;         // islands that gained energy from nothing
+    int attempts = 0;          // solutions of islands; more than `islands` where AccuracyDef asked for better ones
+    int sweptBodies = 0;       // fast bodies whose way was searched for what they would pass through
+    int heldBodies = 0;        // of those and the bodies jointed to them, held back before something
+    int unresolvedSweeps = 0;  // held back at a place that is safe but not the exact one
     NarrowCounts narrow;
 };
 
@@ -60,6 +64,7 @@ struct StepTimes {  // s
     double narrowPhase = 0;
     double islands = 0;
     double solve = 0;
+    double continuous = 0;  // boxes after the step, and sweeps of fast bodies
     double total = 0;
 };
 

@@ -12,13 +12,6 @@ void requirePositive(const char* field, double value) {
     }
 }
 
-bool filtersAgree(const Filter& a, const Filter& b) {
-    if (a.group != 0 && a.group == b.group) {
-        return a.group > 0;
-    }
-    return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
-}
-
 }  // namespace
 
 template <class S>
@@ -28,8 +21,12 @@ World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef) {
     }
     requirePositive("contactMargin", def.contactMargin);
     requirePositive("maxPushOutSpeed", def.maxPushOutSpeed);
+    requirePositive("continuousShare", def.continuousShare);
     requirePositive("sleep.distance", def.sleep.distance);
     requirePositive("sleep.time", def.sleep.time);
+    if (!(def.stillDistance >= 0) || !std::isfinite(def.stillDistance)) {
+        throw InputError("world.stillDistance", std::to_string(def.stillDistance), "give a finite length >= 0 in m");
+    }
     if (!(def.restitutionSpeed >= 0)) {
         throw InputError("world.restitutionSpeed", std::to_string(def.restitutionSpeed), "give a speed >= 0 in m/s");
     }
@@ -132,7 +129,7 @@ const StepReport& World<S>::report() const {
 
 template <class S>
 BodyId World<S>::add(const BodyDef& def) {
-    const BodyId id = impl_->bodies.add(makeBody<S>(def));
+    const BodyId id = impl_->bodies.add(makeBody<S>(def, impl_->def.continuousShare));
     const Body<S>& added = impl_->bodies[id.index];
     if (!def.shapes.empty()) {
         impl_->broadPhase.add(id.index, impl_->reach(added, 0), def.type == BodyType::Static);

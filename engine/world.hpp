@@ -3,6 +3,7 @@
 #include <cairn/engine/constraints/list.hpp>
 #include <cairn/engine/diagnose.hpp>
 #include <cairn/engine/report.hpp>
+#include <cairn/engine/world_query.hpp>
 
 namespace cairn {
 
@@ -35,7 +36,8 @@ struct BodyErrorView {
     double residualMomentum = 0;  // sqrt(J): its own momentum that nothing explains
 };
 
-// Not thread-safe: one thread at a time may call a world; inside, a step uses the job system. Calls with a stale or
+// Not thread-safe: one thread at a time may call a world, but for queries between steps; inside, a step uses the job
+// system. Calls with a stale or
 // null id throw InputError. step() never throws and never prints.
 template <class S>
 class World {
@@ -84,6 +86,11 @@ public:
     // At once. N s.
     void applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point);
     void wake(BodyId id);
+
+    // Rays, casts, overlaps and distances, for any number of threads between steps (world_query.hpp). With a filter
+    // only bodies are seen that a body with that filter would collide with.
+    WorldQuery query() const;
+    WorldQuery query(const Filter& as) const;
 
     std::vector<ContactView> contacts() const;
     std::vector<JointView> jointViews() const;

@@ -1,6 +1,7 @@
 #pragma once
 // What a world holds. world.cpp is its face, world_step.cpp moves it.
 #include <cairn/engine/budget.hpp>
+#include <cairn/engine/continuous.hpp>
 #include <cairn/engine/islands.hpp>
 #include <cairn/engine/refine.hpp>
 #include <cairn/engine/world.hpp>
@@ -59,6 +60,7 @@ struct World<S>::Impl {
     Aabb reach(const Body<S>& b, double dt) const {
         return bounds(b.def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + motion(b, dt));
     }
+    // m, that no point of the body moves farther than within dt.
     static double motion(const Body<S>& b, double dt) {
         const double turn = std::isfinite(b.radius) ? static_cast<double>(b.w.norm()) * b.radius : 0;
         return dt * (static_cast<double>(b.v.norm()) + turn);
@@ -69,13 +71,17 @@ struct World<S>::Impl {
 
 private:
     void move(S dt);
+    // Boxes for the step to come, before its contacts are looked for; and after it, for queries and sweeps: those hold
+    // the body all the way from where it was.
     void moveProxies(double dt);
+    void refreshProxies(double dt, const std::vector<Before<S>>& before);
+    void sweep(S dt, const std::vector<Before<S>>& before);
     void writeBack(const Island<S>& island, S dt);
     void moveKinematic(S dt);
     void forgetForces(std::uint32_t body);
     // A body whose numbers went non-finite goes back to where it was before the step, at rest, and is named in the
     // report.
-    void restoreNonFinite(const Island<S>& island, const std::vector<Pose<S>>& before);
+    void restoreNonFinite(const Island<S>& island, const std::vector<Before<S>>& before);
     // Sums over islands.
     struct Totals {
         double constraint = 0;   // J

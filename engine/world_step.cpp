@@ -36,7 +36,8 @@ void World<S>::Impl::move(S dt) {
     }
     {
         const StageTimer timer(report.times.narrowPhase);
-        contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt)}, *jobs);
+        contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.stillDistance},
+                        *jobs);
     }
     {
         const StageTimer timer(report.times.islands);
@@ -51,9 +52,9 @@ void World<S>::Impl::move(S dt) {
         solveIslands(dt, solved);
         solveSeconds = BudgetKeeper::clock(jobs->threadCount()) - start;
     }
-    std::vector<Pose<S>> before(bodies.slotCount());
+    std::vector<Before<S>> before(bodies.slotCount());
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
-        before[i] = bodies[i].pose;
+        before[i] = {bodies[i].pose, bodies[i].w};
         bodies[i].force.setZero();
         bodies[i].torque.setZero();
     }
@@ -63,6 +64,11 @@ void World<S>::Impl::move(S dt) {
         writeBack(awake[k], dt);
         restoreNonFinite(awake[k], before);
         record(awake[k], solved[k], totals);
+    }
+    {
+        const StageTimer timer(report.times.continuous);
+        refreshProxies(static_cast<double>(dt), before);
+        sweep(dt, before);
     }
     islands.updateSleep(bodies, def.sleep, static_cast<double>(dt));
     countAndClose(totals);
@@ -76,6 +82,30 @@ void World<S>::Impl::moveProxies(double dt) {
             broadPhase.move(i, reach(b, dt), dt * b.v.template cast<double>());
         }
     }
+}
+
+template <class S>
+void World<S>::Impl::refreshProxies(double dt, const std::vector<Before<S>>& before) {
+    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+        const Body<S>& b = bodies[i];
+        if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
+            const double moved = wayOf(before[i].pose, b.pose, b.radius);
+            const double ahead = motion(b, dt);
+            const Aabb box = bounds(b.def.shapes, b.framePoseDouble());
+            broadPhase.move(i, box.grown(0.5 * def.contactMargin + std::max(ahead, moved)),
+                            dt * b.v.template cast<double>());
+        }
+    }
+    broadPhase.update();
+}
+
+template <class S>
+void World<S>::Impl::sweep(S dt, const std::vector<Before<S>>& before) {
+    const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
+    const SweepCounts counts = sweepFastBodies<S>(bodies, joints, broadPhase, mayMeet, before, dt, *jobs);
+    report.counts.sweptBodies = counts.swept;
+    report.counts.heldBodies = counts.heldBack;
+    report.counts.unresolvedSweeps = counts.unresolved;
 }
 
 template <class S>
@@ -120,14 +150,14 @@ void World<S>::Impl::forgetForces(std::uint32_t body) {
 }
 
 template <class S>
-void World<S>::Impl::restoreNonFinite(const Island<S>& island, const std::vector<Pose<S>>& before) {
+void World<S>::Impl::restoreNonFinite(const Island<S>& island, const std::vector<Before<S>>& before) {
     for (const SolverBody<S>& s : island.bodies) {
         if (s.fixed) {
             continue;
         }
         Body<S>& b = bodies[s.index];
         if (!b.pose.isFinite() || !b.v.allFinite() || !b.w.allFinite()) {
-            b.pose = before[s.index];
+            b.pose = before[s.index].pose;
             b.v.setZero();
             b.w.setZero();
             b.acceleration.setZero();
@@ -141,7 +171,7 @@ template <class S>
 void World<S>::Impl::solveIslands(S dt, std::vector<Solution>& solved) {
     std::vector<Island<S>>& awake = islands.awake();
     solved.resize(awake.size());
-    SolveRequest request{def.accuracy, def.contactMargin, 1};
+    SolveRequest request{def.accuracy, def.contactMargin, def.stillDistance, 1};
     Solver<S>* by = solver.get();
     if (def.accuracy.budget > 0 || def.accuracy.effort >= 0) {
         for (const Island<S>& island : awake) {
@@ -232,6 +262,7 @@ void World<S>::Impl::countAndClose(const Totals& totals) {
     c.joints = static_cast<int>(joints.count());
     c.pairs = static_cast<int>(contacts.pairs().size());
     c.islands = static_cast<int>(islands.awake().size());
+    c.carriedPairs = contacts.carried();
     c.narrow += contacts.counts();
     for (const PairContacts<S>& pair : contacts.pairs()) {
         for (const ContactPatch<S>& patch : pair.patches) {

@@ -31,6 +31,9 @@ BuiltinScene meshScene();
 BuiltinScene ropeScene();
 BuiltinScene clothScene();
 BuiltinScene jellyScene();
+BuiltinScene stairsScene();
+BuiltinScene terrainScene();
+BuiltinScene bowlScene();
 
 namespace {
 
@@ -73,7 +76,8 @@ const std::vector<BuiltinScene>& builtinScenes() {
         towerScene(),       pyramidScene(), wallScene(),   cardHouseScene(), dominoScene(),      archScene(),
         heavyScene(),       chainScene(),   bridgeScene(), ragdollScene(),   ragdollPileScene(), pileScene(),
         topsScene(),        slopeScene(),   bounceScene(), cradleScene(),    spinScene(),        slideScene(),
-        struckTowerScene(), meshScene(),    ropeScene(),   clothScene(),     jellyScene(),
+        struckTowerScene(), meshScene(),    ropeScene(),   clothScene(),     jellyScene(),       stairsScene(),
+        terrainScene(),     bowlScene(),
     };
     return scenes;
 }

@@ -489,13 +489,15 @@ void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
 
 template <class S>
 void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6<S>>& v) {
+    constexpr S touching = S(1e-4);  // m
     lift_.assign(island.blocks.size(), S(0));
     liftError_.assign(island.blocks.size(), S(0));
     liftGain_ = S(1);
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
         const std::size_t i = at(block.first);
-        if (isCone(island, k) && problem.p[i] > S(0)) {
+        // What touches without a force beside points that carry may have to carry next: a floor of tiles.
+        if (isCone(island, k) && (problem.p[i] > S(0) || std::abs(island.rows[i].C) < touching)) {
             const auto speed = [&](const Row<S>& row) {
                 return rowDot(row, block, [&](int body) -> const Vec6<S>& { return v[at(body)]; });
             };

@@ -92,6 +92,7 @@ void expectSame(const BodyDef& a, const BodyDef& b) {
     EXPECT_EQ(a.filter.category, b.filter.category);
     EXPECT_EQ(a.filter.mask, b.filter.mask);
     EXPECT_EQ(a.filter.group, b.filter.group);
+    EXPECT_EQ(a.continuous, b.continuous);
     EXPECT_EQ(a.canSleep, b.canSleep);
     EXPECT_EQ(a.awake, b.awake);
     ASSERT_EQ(a.shapes.size(), b.shapes.size());
@@ -215,6 +216,8 @@ void expectSame(const Scene& a, const Scene& b) {
     expectBits(a.world.sleep.distance, b.world.sleep.distance, "sleep distance");
     expectBits(a.world.sleep.time, b.world.sleep.time, "sleep time");
     EXPECT_EQ(a.world.threads, b.world.threads);
+    expectBits(a.world.stillDistance, b.world.stillDistance, "stillDistance");
+    expectBits(a.world.continuousShare, b.world.continuousShare, "continuousShare");
     expectBits(a.world.contactMargin, b.world.contactMargin, "contactMargin");
     expectBits(a.world.restitutionSpeed, b.world.restitutionSpeed, "restitutionSpeed");
     expectBits(a.world.maxPushOutSpeed, b.world.maxPushOutSpeed, "maxPushOutSpeed");
@@ -280,6 +283,8 @@ Scene everyField() {
     scene.world.sleep = {false, chance.number(), chance.number()};
     scene.world.threads = 3;
     scene.world.contactMargin = chance.number();
+    scene.world.stillDistance = chance.number();
+    scene.world.continuousShare = chance.number();
     scene.world.restitutionSpeed = chance.number();
     scene.world.maxPushOutSpeed = chance.number();
     scene.dt = chance.number() / 60;
@@ -320,6 +325,7 @@ Scene everyField() {
                .lockLinear = {true, false, true},
                .lockAngular = {false, true, false},
                .filter = {6, 0xfffffff0U, -4},
+               .continuous = Continuous::Always,
                .canSleep = false,
                .awake = false});
     const BodyId plain = scene.add({.shapes = {sphere(0.5)}});

@@ -42,7 +42,10 @@ std::vector<GoldenCase> goldenCases() {
             {"mesh", "mesh", {{"n", 10}}, 0.4},
             {"rope", "rope", {}, 0.7},
             {"cloth", "cloth", {{"n", 16}}, 0.6},
-            {"jelly", "jelly", {}, 0.5}};
+            {"jelly", "jelly", {}, 0.5},
+            {"stairs", "stairs", {{"n", 60}}, 0.7},
+            {"terrain", "terrain", {{"n", 60}}, 0.5},
+            {"bowl", "bowl", {{"n", 60}}, 0.7}};
 }
 
 std::filesystem::path goldenFile(const std::string& name) {

@@ -111,7 +111,8 @@ TEST(Forecast, RadiusOfTheSeedsChain) {
     Worldd world({.gravity = {1, 0, 0}});
     BodyId before;
     for (int i = 0; i < 10; ++i) {
-        const BodyId body = world.add({.shapes = {sphere(0.1)}, .position = {1.0 * i, 0, 0}, .linearVelocity = {1.0 * i * i, 0, 0}, .mass = 1});
+        const BodyId body = world.add(
+            {.shapes = {sphere(0.1)}, .position = {1.0 * i, 0, 0}, .linearVelocity = {1.0 * i * i, 0, 0}, .mass = 1});
         if (i > 0) {
             world.add(DistanceDef{.a = before, .b = body, .anchorA = {i - 1.0, 0, 0}, .anchorB = {1.0 * i, 0, 0}});
         }
@@ -167,7 +168,12 @@ TEST(Diagnose, ASpringFasterThanTheStep) {
     const BodyId a = world.add({.name = "ceiling", .type = BodyType::Static, .position = {0, 3, 0}});
     const BodyId b = world.add({.name = "bell", .shapes = {sphere(0.5)}, .position = {0, 2, 0}, .mass = 1});
     const double stiffness = 1e4;
-    world.add(SpringDef{.a = a, .b = b, .anchorA = {0, 3, 0}, .anchorB = {0, 2, 0}, .restLength = 0, .softness = {.compliance = 1 / stiffness}});
+    world.add(SpringDef{.a = a,
+                        .b = b,
+                        .anchorA = {0, 3, 0},
+                        .anchorB = {0, 2, 0},
+                        .restLength = 0,
+                        .softness = {.compliance = 1 / stiffness}});
     expectFinding(world, FindingKind::StiffSpring, std::sqrt(stiffness) * dt / (2 * pi), {"ceiling", "bell"});
 }
 
