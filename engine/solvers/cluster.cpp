@@ -89,7 +89,7 @@ private:
         std::vector<Cluster<S>> clusters = split(island, problem);
         for (int k = 0; k < iterations; ++k) {
             for (std::size_t n = 0; n < clusters.size(); ++n) {
-                solve(clusters[k % 2 == 0 ? n : clusters.size() - 1 - n], island, problem);
+                solve(clusters[k % 2 == 0 ? n : clusters.size() - 1 - n], clusters.size() == 1, island, problem);
             }
         }
     }
@@ -143,7 +143,8 @@ private:
     }
 
     // The cluster's rows, from the present velocities less what these rows gave to them.
-    void solve(Cluster<S>& cluster, const Island<S>& island, RowProblem<S>& problem) const {
+    // `alone`: it is the whole island.
+    void solve(Cluster<S>& cluster, bool alone, const Island<S>& island, RowProblem<S>& problem) const {
         RowProblem<S>& own = cluster.newton.problem;
         for (std::size_t n = 0; n < cluster.bodies.size(); ++n) {
             own.v[n] = problem.v[cluster.bodies[n]];
@@ -166,11 +167,11 @@ private:
         }
         cluster.newton.vStar = own.v;
         NewtonOptions options;
-        // Loosely: the next visit goes on from here, and the border changes by more. 1e-8 m/s from a grip of 1e-4 takes
-        // four times as long on a wall of 78 boxes, which then sags twice as far.
-        options.regularisation = 1e-2;
+        // Loosely where there are others: the next visit goes on from here, and the border changes by more. 1e-8 m/s
+        // from a grip of 1e-4 takes four times as long on a wall of 78 boxes, which then sags twice as far.
+        options.regularisation = alone ? 1e-4 : 1e-2;
         options.leastRegularisation = 1e-9;
-        options.tolerance = 1e-4;
+        options.tolerance = !alone ? 1e-4 : std::is_same_v<S, double> ? 1e-8 : 1e-5;
         options.stalled = 10 * options.tolerance;
         options.liftTolerance = 1;
         options.mostLifts = 0;
