@@ -99,7 +99,7 @@ TEST_P(DivergingChains, RaiseAFlag) {
     }
 }
 INSTANTIATE_TEST_SUITE_P(Solvers, DivergingChains, testing::ValuesIn(solverList()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& one) { return std::string(one.param.name); });
 
 TEST(HangingChainTest, TellsWhatDiverges) {
     // Plain Jacobi, over-relaxed beyond what it bears: the longest Jacobi mode of a row of links grows.
