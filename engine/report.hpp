@@ -100,7 +100,7 @@ struct StepReport {
     std::string summary() const;  // one line in words
 };
 
-// The names of the flags that are set: "non_finite", "unconverged", "repaired", "refused", "energy".
+// The names of the flags that are set: "non_finite", "unconverged", "repaired", "refused", "tolerance", "energy".
 std::vector<std::string> flagNames(std::uint32_t flags);
 
 }  // namespace cairn

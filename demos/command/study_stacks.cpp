@@ -39,7 +39,9 @@ StudyOutput studyStacks(bool full, const Tell& tell) {
                     cell += (e.flags & FlagUnconverged) != 0 ? "U" : "";
                     return cell + ((e.flags & FlagEnergy) != 0 ? "E" : "");
                 }),
-        tableOf("Stacks: ms a step, mean", "", [](const StackEntry& e) { return fixed(e.milliseconds, 3); }), targets};
+        tableOf("Stacks: ms a step, mean", "Wall clock, one thread.",
+                [](const StackEntry& e) { return fixed(e.milliseconds, 3); }),
+        targets};
     Figure figure{.title = "Stacks that should stand: worst displacement against cost",
                   .note = brief(study.seconds) + " s at each solver's defaults, nothing sleeps; at the top: it fell",
                   .columns = 3};

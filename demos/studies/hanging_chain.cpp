@@ -195,8 +195,8 @@ ChainEntry hangChain(const ChainOption& option, const ChainSetting& setting, dou
     return entry;
 }
 
-ChainStudy chainStudy(bool full, const Tell& tell, const std::string& solver) {
-    ChainStudy study{.seconds = full ? 20.0 : 2.0, .ratios = {1, 100, 1000}};
+ChainStudy chainStudy(bool full, const Tell& tell, const std::string& solver, double seconds) {
+    ChainStudy study{.seconds = seconds > 0 ? seconds : full ? 20.0 : 2.0, .ratios = {1, 100, 1000}};
     study.settings = {{1, 4}, {1, 40}, {40, 1}, {0, 0}};
     const std::vector<ChainOption> options = chainOptions(full);
     const std::vector<bool> forms = {false, true};

@@ -48,8 +48,8 @@ struct ChainStudy {
     std::vector<ChainSetting> settings = {};
     std::vector<ChainEntry> entries = {};
 };
-// Of one solver, or of all where `solver` is empty.
-ChainStudy chainStudy(bool full, const Tell& tell = {}, const std::string& solver = {});
+// Of one solver, or of all where `solver` is empty; for `seconds`, or 20 (`full`) or 2 where that is 0.
+ChainStudy chainStudy(bool full, const Tell& tell = {}, const std::string& solver = {}, double seconds = 0);
 
 nlohmann::ordered_json toJson(const ChainStudy& study);
 

@@ -91,7 +91,9 @@ TEST(HangingChainTest, NothingDivergesByDefault) {
 // Whatever sub-steps and iterations a user asks for: a chain that flies apart or gains energy says so.
 class DivergingChains : public testing::TestWithParam<SolverInfo> {};
 TEST_P(DivergingChains, RaiseAFlag) {
-    for (const ChainEntry& e : chainStudy(false, {}, GetParam().name).entries) {
+    // Where one Newton round a sub-step is all that `direct` gets, it halves each sub-step five times.
+    const std::string solver = GetParam().name;
+    for (const ChainEntry& e : chainStudy(false, {}, solver, solver == "direct" ? 0.1 : 0).entries) {
         EXPECT_TRUE(e.diverged.empty() || e.warned())
             << e.option.solver.name << ", " << e.option.name << ", R = " << e.ratio << ", " << e.setting.substeps
             << " x " << e.setting.iterations << (e.rigid ? ", rigid: " : ": ") << e.diverged << ", gained "
@@ -99,7 +101,7 @@ TEST_P(DivergingChains, RaiseAFlag) {
     }
 }
 INSTANTIATE_TEST_SUITE_P(Solvers, DivergingChains, testing::ValuesIn(solverList()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& one) { return std::string(one.param.name); });
 
 TEST(HangingChainTest, TellsWhatDiverges) {
     // Plain Jacobi, over-relaxed beyond what it bears: the longest Jacobi mode of a row of links grows.
