@@ -99,9 +99,10 @@ private:
         const double way = dt_ * static_cast<double>(body.v.norm());
         if (!body.def.shapes.empty() && way > 2 * thickness) {
             add(FindingKind::FastBody, {index}, way / (2 * thickness),
-                format("%s moves %.3g m in a step and is %.3g m thick: leave its continuous collision on, or take steps "
-                       "of %.2g s.",
-                       who.c_str(), way, 2 * thickness, dt_ * 2 * thickness / way));
+                format(
+                    "%s moves %.3g m in a step and is %.3g m thick: leave its continuous collision on, or take steps "
+                    "of %.2g s.",
+                    who.c_str(), way, 2 * thickness, dt_ * 2 * thickness / way));
         }
         if (!body.def.shapes.empty() && 2 * body.radius > largeBody) {
             add(FindingKind::Units, {index}, 2 * body.radius,
@@ -155,7 +156,8 @@ private:
             }
             const SolverBody<S>& heavier = one.mass > other.mass ? one : other;
             const SolverBody<S>& lighter = one.mass > other.mass ? other : one;
-            const double above = -def_.gravity.dot((heavier.pose.position - lighter.pose.position).template cast<double>());
+            const double above =
+                -def_.gravity.dot((heavier.pose.position - lighter.pose.position).template cast<double>());
             const double ratio = static_cast<double>(heavier.mass / lighter.mass);
             if (ratio > worst && (!upwards || above > 0)) {
                 worst = ratio;
@@ -169,11 +171,11 @@ private:
         for (const auto& link : island.joints) {
             ask(link.a, link.b, false);
         }
-        const std::string sweeps = format("for %.3g mm, plain sweeps would need about %.0f a step, conjugate ones (nncg) %s",
-                                          1e3 * position_, std::ceil(forecast.sweeps),
-                                          std::isfinite(forecast.conjugateSweeps)
-                                              ? format("%.0f", std::ceil(forecast.conjugateSweeps)).c_str()
-                                              : "over a thousand");
+        const std::string sweeps =
+            format("for %.3g mm, plain sweeps would need about %.0f a step, conjugate ones (nncg) %s", 1e3 * position_,
+                   std::ceil(forecast.sweeps),
+                   std::isfinite(forecast.conjugateSweeps) ? format("%.0f", std::ceil(forecast.conjugateSweeps)).c_str()
+                                                           : "over a thousand");
         const std::string remedy = solvesExactly() ? def_.solver.name + " solves this exactly, nothing needs to be done"
                                                    : std::string("use the solver auto, which solves this exactly");
         if (worst >= heavy) {
@@ -205,11 +207,11 @@ private:
                 const std::uint32_t b = island.bodies[static_cast<std::size_t>(link.b)].index;
                 const double cycles = worst / (2 * std::numbers::pi);
                 add(FindingKind::StiffSpring, {a, b}, worst * substep() / (2 * std::numbers::pi),
-                    format("The spring between %s and %s swings %.3g times a second, and a sub-step of %.2g s sees %.2g "
-                           "of a period: it stays stable, but its swing dies out; take sub-steps of %.1g s, or make "
-                           "the joint rigid.",
-                           nameOf(a).c_str(), nameOf(b).c_str(), cycles, substep(), cycles * substep(),
-                           phase / worst));
+                    format(
+                        "The spring between %s and %s swings %.3g times a second, and a sub-step of %.2g s sees %.2g "
+                        "of a period: it stays stable, but its swing dies out; take sub-steps of %.1g s, or make "
+                        "the joint rigid.",
+                        nameOf(a).c_str(), nameOf(b).c_str(), cycles, substep(), cycles * substep(), phase / worst));
             }
         }
     }
@@ -283,10 +285,11 @@ private:
         const std::uint32_t a = island.bodies[static_cast<std::size_t>(link.a)].index;
         const std::uint32_t b = island.bodies[static_cast<std::size_t>(link.b)].index;
         add(FindingKind::RedundantJoints, {a, b}, static_cast<double>(spare),
-            format("%lld of %lld rows of joints repeat what others say, for example between %s and %s: their forces are "
-                   "shared by least squares, and errors in the anchors fight; free what another joint already holds "
-                   "(a ball in place of a hinge, a hinge in place of a weld).",
-                   static_cast<long long>(spare), static_cast<long long>(n), nameOf(a).c_str(), nameOf(b).c_str()));
+            format(
+                "%lld of %lld rows of joints repeat what others say, for example between %s and %s: their forces are "
+                "shared by least squares, and errors in the anchors fight; free what another joint already holds "
+                "(a ball in place of a hinge, a hinge in place of a weld).",
+                static_cast<long long>(spare), static_cast<long long>(n), nameOf(a).c_str(), nameOf(b).c_str()));
     }
 
     const WorldDef& def_;

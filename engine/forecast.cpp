@@ -77,9 +77,10 @@ Sweeps sweepsFor(RowProblem<S> problem, double speed, const Sweep& sweep) {
         }
         result.count = left > speed ? static_cast<double>(k + 1) : 0;
         const std::size_t half = n / 2;
-        result.radius = n > 2 && change[half] > 0 && n - 1 > half
-                            ? std::pow(std::max(change[n - 1], 1e-300) / change[half], 1.0 / static_cast<double>(n - 1 - half))
-                            : 0;
+        result.radius =
+            n > 2 && change[half] > 0 && n - 1 > half
+                ? std::pow(std::max(change[n - 1], 1e-300) / change[half], 1.0 / static_cast<double>(n - 1 - half))
+                : 0;
         return result;
     }
     const std::size_t from = n / 2;
@@ -185,8 +186,7 @@ IslandForecast forecast(Island<S>& island, S dt, double position) {
     }
     const RowProblem<S> problem = hardProblem(island, dt);
     const double speed = position / static_cast<double>(dt);
-    const Sweeps gaussSeidel =
-        sweepsFor(problem, speed, [&](RowProblem<S>& p) { p.sweep(island, S(1)); });
+    const Sweeps gaussSeidel = sweepsFor(problem, speed, [&](RowProblem<S>& p) { p.sweep(island, S(1)); });
     result.radius = gaussSeidel.radius;
     result.sweeps = pushOutShare * gaussSeidel.count;
     const Splitting<S> split(island, true);
