@@ -1,5 +1,5 @@
-// cairn_bench_queries: contact points of a pair and rays through a scene, Cairn's and Bullet's, on the same poses in one
-// run. Processor time of one thread, the least of several rounds.
+// cairn_bench_queries: contact points of a pair and rays through a scene, Cairn's and Bullet's, on the same poses in
+// one run. Processor time of one thread, the least of several rounds.
 #include <btBulletCollisionCommon.h>
 #include <cairn/engine/engine.hpp>
 
@@ -170,7 +170,8 @@ void rays(int bodies) {
     for (int i = 0; i < bodies; ++i) {
         const Kind& kind = all[static_cast<std::size_t>(i) % all.size()];
         const Posed pose{random.vector(reach), random.rotation()};
-        world.add({.type = BodyType::Static, .shapes = {kind.shape}, .position = pose.position, .rotation = pose.rotation});
+        world.add(
+            {.type = BodyType::Static, .shapes = {kind.shape}, .position = pose.position, .rotation = pose.rotation});
         objects.push_back(std::make_unique<btCollisionObject>());
         objects.back()->setCollisionShape(kind.peer.get());
         objects.back()->setWorldTransform(toBullet(pose));

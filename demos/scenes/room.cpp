@@ -107,18 +107,18 @@ void addBodies(Scene& scene, int n, const Vec3d& middle, int columns, int rows) 
 Scene makeStairs(const SceneParameters& parameters) {
     Scene scene;
     scene.seconds = 12;
-    addRoom(scene, 6, 3.2, true);
+    addRoom(scene, 10, 8, true);
     // 7.2 m long, 4.1 m high: six steps.
     addStatic(scene, "stairs", withFriction(mesh(loadMesh(dataFile("stairs.stl"), 4)), 0.6), Vec3d(-1.2, 0, 0));
     addBodies(scene, parameters.count("n"), Vec3d(3, 5.2, 0), 8, 8);
-    scene.view = {Vec3d(-9, 9, 9), Vec3d(0.5, 1.5, 0), 45};
+    scene.view = {Vec3d(-9, 7, 7), Vec3d(0.5, 1.5, 0), 45};
     return scene;
 }
 
 Scene makeTerrain(const SceneParameters& parameters) {
     Scene scene;
     scene.seconds = 12;
-    addRoom(scene, 7.9, 5.9, false);
+    addRoom(scene, 11.9, 8.9, false);
     // 13 rows of 17 heights, up to 0.8 m.
     std::vector<double> heights;
     for (const std::vector<double>& row : loadHeights(dataFile("hills.csv"), 2)) {
@@ -126,20 +126,20 @@ Scene makeTerrain(const SceneParameters& parameters) {
     }
     const int columns = 17;
     const int rows = static_cast<int>(heights.size()) / columns;
-    addStatic(scene, "terrain", withFriction(heightField(columns, rows, heights, 1), 0.6), Vec3d::Zero());
+    addStatic(scene, "terrain", withFriction(heightField(columns, rows, heights, 1.5), 0.6), Vec3d::Zero());
     addBodies(scene, parameters.count("n"), Vec3d(0, 1.6, 0), 16, 12);
-    scene.view = {Vec3d(9, 9, 12), Vec3d(0, 0, 0), 45};
+    scene.view = {Vec3d(9, 8, 8), Vec3d(0, 0, -0.5), 45};
     return scene;
 }
 
 Scene makeBowl(const SceneParameters& parameters) {
     Scene scene;
     scene.seconds = 12;
-    addRoom(scene, 6, 6, true);
+    addRoom(scene, 10, 10, true);
     // 6.7 m across, 0.36 m thick.
     addStatic(scene, "bowl", withFriction(mesh(loadMesh(dataFile("bowl.obj"), 6)), 0.4), Vec3d::Zero());
     addBodies(scene, parameters.count("n"), Vec3d(0, 3, 0), 6, 6);
-    scene.view = {Vec3d(6, 9, 10), Vec3d(0, 1.2, 0), 45};
+    scene.view = {Vec3d(5, 8, 8), Vec3d(0, 1, 0), 45};
     return scene;
 }
 

@@ -69,8 +69,8 @@ TEST_P(Rooms, NothingIsLostOrStuck) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Rooms,
-                         testing::Values(Room{"stairs", 6, 3.2, 0}, Room{"terrain", 7.9, 5.9, -0.8},
-                                         Room{"bowl", 6, 6, 0}),
+                         testing::Values(Room{"stairs", 10, 8, 0}, Room{"terrain", 11.9, 8.9, -0.8},
+                                         Room{"bowl", 10, 10, 0}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace
