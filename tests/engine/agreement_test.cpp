@@ -414,7 +414,8 @@ TEST(Agreement, ContactsComeToTheSameRest) {
             // A cluster is solved to a tenth of a millimetre a second and no better: it sinks before it rests.
             expectBelow(what + ", off the place of `direct`, m", farthest(places, rest),
                         boundOf(solver, 1e-4, {{"cluster", 0.025}}));
-            expectBelow(what + ", speed left, m/s", fastest, boundOf(solver, 1e-6, {{"xpbd", 8e-6}}));
+            expectBelow(what + ", speed left, m/s", fastest,
+                        boundOf(solver, 1e-6, {{"xpbd", 8e-6}, {"cluster", 3e-5}}));
             // A body on two others can lean on them with more friction or less: how a pyramid shares its load is not
             // given by balance, and every solver finds its own. What a level bears in all is.
             ASSERT_EQ(forces.size(), load.size());
