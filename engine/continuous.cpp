@@ -14,7 +14,7 @@ constexpr int mostRounds = 4;
 // The rotation vector from one rotation to another that is nearest to `expected` (rad): a fast spin turns by more than
 // half a turn in a step.
 Vec3d turnNear(const Quatd& from, const Quatd& to, const Vec3d& expected) {
-    const Vec3d shortest = logQuat<double>((to * from.conjugate()).normalized());
+    Vec3d shortest = logQuat<double>((to * from.conjugate()).normalized());
     constexpr double circle = 2 * std::numbers::pi;
     const double length = shortest.norm();
     const double along = expected.norm();
