@@ -96,7 +96,7 @@ ExtremeScene massRatio(double ratio) {
 }
 
 ExtremeScene stack(double boxes) {
-    ExtremeScene s = start(1);
+    ExtremeScene s = start(0.5);
     addFloor(s);
     for (int i = 0; i < static_cast<int>(boxes); ++i) {
         addStill(s, {.shapes = {rubbed(box(Vec3d::Constant(0.5)), 0.6)}, .position = {0, 0.5 + i, 0}});
@@ -105,7 +105,7 @@ ExtremeScene stack(double boxes) {
 }
 
 ExtremeScene chain(double links) {
-    ExtremeScene s = start(1);
+    ExtremeScene s = start(0.5);
     s.size = 0.2;
     const double reach = 0.2 * links + 1;  // m
     s.least = Vec3d::Constant(-reach);
