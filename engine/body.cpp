@@ -1,4 +1,5 @@
 #include <cairn/engine/body.hpp>
+#include <cairn/engine/motion.hpp>
 
 #include <cmath>
 
@@ -148,7 +149,7 @@ Body<S> makeBody(const BodyDef& def, double continuousShare) {
     body.pose = {(body.def.position + body.def.rotation * body.localCentre.template cast<double>()).template cast<S>(),
                  body.def.rotation.template cast<S>().normalized()};
     if (!body.pose.isFinite() || (body.isDynamic() && !(body.mass > S(0) && std::isfinite(body.mass) &&
-                                                        (def.particle || body.inertia.determinant() > S(0))))) {
+                                                        (def.particle || inverseOf<S>(body.inertia).allFinite())))) {
         throw InputError(label(def), "a position, mass or inertia beyond the range of this world's numbers",
                          "use World<double>, or metres and kilograms");
     }

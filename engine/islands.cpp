@@ -1,4 +1,5 @@
 #include <cairn/engine/islands.hpp>
+#include <cairn/engine/motion.hpp>
 
 #include <numeric>
 
@@ -24,7 +25,7 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionS
     s.localInertia = body.inertia;
     s.particle = body.def.particle;
     if (!s.particle) {
-        s.localInverseInertia = body.inertia.inverse();
+        s.localInverseInertia = inverseOf<S>(body.inertia);
     }
     s.tolerance = body.def.tolerance;
     s.force << body.mass * static_cast<S>(body.def.gravityScale) * motion.gravity + body.force, body.torque;

@@ -1,4 +1,5 @@
 #include <cairn/engine/joint.hpp>
+#include <cairn/engine/motion.hpp>
 
 #include <numbers>
 
@@ -151,7 +152,7 @@ void applySoftness(Joint<S>& joint, const Softness& s, const BodyTable<S>& bodie
             return j.template head<3>().squaredNorm() / body.mass;
         }
         const Vec3<S> angular = body.pose.rotation.conjugate() * Vec3<S>(j.template tail<3>());
-        return j.template head<3>().squaredNorm() / body.mass + angular.dot(body.inertia.inverse() * angular);
+        return j.template head<3>().squaredNorm() / body.mass + angular.dot(inverseOf<S>(body.inertia) * angular);
     };
     for (std::size_t k = 0; k < rows.size(); ++k) {
         const Row<S>& row = rows[k];

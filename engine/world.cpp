@@ -1,3 +1,4 @@
+#include <cairn/engine/motion.hpp>
 #include <cairn/engine/world_impl.hpp>
 
 #include <algorithm>
@@ -360,7 +361,7 @@ void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& po
     const Mat3<S> R = b.pose.rotation.toRotationMatrix();
     b.v += impulse / b.mass;
     if (!b.def.particle) {
-        b.w += R * b.inertia.inverse() * R.transpose() * (point - b.pose.position).cross(impulse);
+        b.w += R * inverseOf<S>(b.inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
     }
     impl_->wake(b);
 }

@@ -1,12 +1,10 @@
 // cairn_bench_peers: the same scenes on Cairn and on Bullet, in one process, judged by one formula.
+#include <cairn/demos/peers/peers.hpp>
 #include <cairn/demos/scenes/scenes.hpp>
-
-#include "errors.hpp"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include <chrono>
 #include <fstream>
 #include <iostream>
 
@@ -59,14 +57,8 @@ const std::vector<Engine>& engines() {
 struct Result {
     std::string scene;
     std::string engine;
-    int steps = 0;
-    double meanMs = 0;
-    double p99Ms = 0;
-    double displacement = 0;  // m, worst over the run; only where the scene rests
-    double penetration = 0;   // m, worst over the samples
-    double lastPenetration = 0;
-    double jointGap = 0;  // m, worst over the run
-    bool rests = false;
+    PeerRun run;
+    bool rests = false;  // then alone displacement is told
     bool jointed = false;
 };
 
@@ -81,30 +73,8 @@ std::string label(const Case& c) {
 }
 
 Result measure(const Case& c, const Scene& scene, const Engine& engine) {
-    using Clock = std::chrono::steady_clock;
-    constexpr int penetrationEvery = 10;  // steps: measuring it costs as much as a step
     const std::unique_ptr<Peer> peer = engine.make(scene);
-    ErrorMeter meter(scene);
-    Result r{.scene = label(c), .engine = engine.name, .rests = c.rests, .jointed = !scene.joints.empty()};
-    r.steps = std::max(1, static_cast<int>(std::lround(c.seconds / scene.dt)));
-    std::vector<double> ms;
-    for (int i = 1; i <= r.steps; ++i) {
-        const Clock::time_point before = Clock::now();
-        peer->step(scene.dt);
-        ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - before).count());
-        r.displacement = std::max(r.displacement, meter.displacement(*peer));
-        r.jointGap = std::max(r.jointGap, meter.jointGap(*peer));
-        if (i % penetrationEvery == 0 || i == r.steps) {
-            r.lastPenetration = meter.penetration(*peer);
-            r.penetration = std::max(r.penetration, r.lastPenetration);
-        }
-    }
-    for (const double t : ms) {
-        r.meanMs += t / static_cast<double>(ms.size());
-    }
-    std::sort(ms.begin(), ms.end());
-    r.p99Ms = ms[static_cast<std::size_t>(0.99 * static_cast<double>(ms.size() - 1))];
-    return r;
+    return {label(c), engine.name, runPeer(*peer, scene, c.seconds), c.rests, !scene.joints.empty()};
 }
 
 void printHeader() {
@@ -120,21 +90,21 @@ void print(const Result& r) {
         }
         return std::string(text);
     };
-    std::printf("%-22s %-12s %9.3f %9.3f   %14s %14s %14s %11s\n", r.scene.c_str(), r.engine.c_str(), r.meanMs, r.p99Ms,
-                number(r.rests, r.displacement).c_str(), number(true, r.penetration).c_str(),
-                number(true, r.lastPenetration).c_str(), number(r.jointed, r.jointGap).c_str());
+    std::printf("%-22s %-12s %9.3f %9.3f   %14s %14s %14s %11s\n", r.scene.c_str(), r.engine.c_str(), r.run.meanMs,
+                r.run.p99Ms, number(r.rests, r.run.displacement).c_str(), number(true, r.run.penetration).c_str(),
+                number(true, r.run.lastPenetration).c_str(), number(r.jointed, r.run.jointGap).c_str());
     std::fflush(stdout);
 }
 
 nlohmann::json toJson(const Result& r) {
     nlohmann::json j = {{"scene", r.scene},
                         {"engine", r.engine},
-                        {"steps", r.steps},
-                        {"ms_per_step", {{"mean", r.meanMs}, {"p99", r.p99Ms}}},
-                        {"max_penetration_m", r.penetration},
-                        {"final_penetration_m", r.lastPenetration}};
-    j["max_displacement_m"] = r.rests ? nlohmann::json(r.displacement) : nlohmann::json();
-    j["max_joint_gap_m"] = r.jointed ? nlohmann::json(r.jointGap) : nlohmann::json();
+                        {"steps", r.run.steps},
+                        {"ms_per_step", {{"mean", r.run.meanMs}, {"p99", r.run.p99Ms}}},
+                        {"max_penetration_m", r.run.penetration},
+                        {"final_penetration_m", r.run.lastPenetration}};
+    j["max_displacement_m"] = r.rests ? nlohmann::json(r.run.displacement) : nlohmann::json();
+    j["max_joint_gap_m"] = r.jointed ? nlohmann::json(r.run.jointGap) : nlohmann::json();
     return j;
 }
 

@@ -17,6 +17,7 @@ Action addList(CLI::App& app);
 Action addRun(CLI::App& app);
 Action addRender(CLI::App& app);
 Action addDemo(CLI::App& app);
+Action addCompare(CLI::App& app);
 Action addStudy(CLI::App& app);
 
 // The options of every command that takes a scene.

@@ -24,7 +24,9 @@ int main(int argc, char** argv) {
     add("run", "run a scene and report cost and error", cairn::addRun);
     add("render", "pictures or a film of a scene", cairn::addRender);
     add("demo", "run the demonstration scenes: pictures, a film and a table", cairn::addDemo);
-    add("study", "measure the solvers: convergence, momentum, energy, chain, stacks", cairn::addStudy);
+    add("compare", "one scene on Cairn and on other engines over their dials", cairn::addCompare);
+    add("study", "measure the solvers: convergence, momentum, energy, chain, stacks, clusters, extremes",
+        cairn::addStudy);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

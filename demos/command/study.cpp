@@ -23,6 +23,8 @@ const std::vector<NamedStudy>& studies() {
         {"chain", "how far a hanging chain stretches, by sub-steps, iterations and options", studyChain},
         {"stacks", "how far stacks move, and at what cost", studyStacks},
         {"clusters", "error against cost by the size of a cluster: a wall, a heap, a net", studyClusters},
+        {"extremes", "where each solver ends: masses, speeds, sizes, steps ... far out (auto; --full: all)",
+         studyExtremes},
     };
     return list;
 }
@@ -66,10 +68,10 @@ std::string markdownTable(const std::vector<std::vector<std::string>>& rows) {
     return text;
 }
 
-void writeFigure(const StudyFigure& figure, const std::filesystem::path& folder) {
-    const std::filesystem::path file = folder / (figure.name + ".svg");
+void writePicture(const std::string& name, const std::string& picture, const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / (name + ".svg");
     std::ofstream out(file, std::ios::binary);
-    out << svg(figure.figure);
+    out << picture;
     out.close();
     if (!out) {
         throw InputError("--out", file.string(), "the file cannot be written");
@@ -93,7 +95,10 @@ int runStudy(const StudyArguments& arguments) {
     }
     if (!arguments.out.empty()) {
         for (const StudyFigure& figure : output.figures) {
-            writeFigure(figure, arguments.out);
+            writePicture(figure.name, svg(figure.figure), arguments.out);
+        }
+        for (const StudyMap& map : output.maps) {
+            writePicture(map.name, map.svg, arguments.out);
         }
     }
     if (arguments.json != "-") {

@@ -16,9 +16,15 @@ struct StudyFigure {
     Figure figure = {};
 };
 
+struct StudyMap {
+    std::string name = {};
+    std::string svg = {};  // whole document
+};
+
 struct StudyOutput {
     std::vector<StudyTable> tables = {};
     std::vector<StudyFigure> figures = {};
+    std::vector<StudyMap> maps = {};
     nlohmann::ordered_json json = {};
     std::vector<std::string> broken = {};  // promises that were broken, each in words
 };
@@ -30,5 +36,6 @@ StudyOutput studyEnergy(bool full, const Tell& tell);
 StudyOutput studyChain(bool full, const Tell& tell);
 StudyOutput studyStacks(bool full, const Tell& tell);
 StudyOutput studyClusters(bool full, const Tell& tell);
+StudyOutput studyExtremes(bool full, const Tell& tell);
 
 }  // namespace cairn

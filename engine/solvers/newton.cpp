@@ -488,8 +488,9 @@ void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
 }
 
 template <class S>
-void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6<S>>& v) {
+void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before) {
     constexpr S touching = S(1e-4);  // m
+    constexpr S steep = S(2);        // of friction
     lift_.assign(island.blocks.size(), S(0));
     liftError_.assign(island.blocks.size(), S(0));
     liftGain_ = S(1);
@@ -501,7 +502,19 @@ void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6
             const auto speed = [&](const Row<S>& row) {
                 return rowDot(row, block, [&](int body) -> const Vec6<S>& { return v[at(body)]; });
             };
-            lift_[k] = problem.friction[k] * std::hypot(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
+            const S mu = problem.friction[k];
+            S sliding = std::hypot(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
+            // A lift too high by d lets a steep cone carry nothing, and corrections leave mu^2 / (1 + mu^2) of d: there
+            // what friction takes off the sliding is reckoned beforehand, from the load or else the approach.
+            if (before && mu > steep && problem.terms[i].mobility > S(0)) {
+                const S approach =
+                    rowDot(island.rows[i], block, [&](int b) -> const Vec6<S>& { return vStar[at(b)]; }) +
+                    problem.terms[i].bias;
+                const S load = std::max(problem.p[i], -approach / problem.terms[i].mobility);
+                const S across = std::max(problem.terms[i + 1].mobility, problem.terms[i + 2].mobility);
+                sliding = std::max(S(0), sliding - mu * across * std::max(S(0), load));
+            }
+            lift_[k] = mu * sliding;
         }
     }
 }
@@ -578,7 +591,7 @@ void ContactNewton<S>::guess(const Island<S>& island, Start start, NewtonReport&
     }
     momentumVelocity(island);
     if (start == Start::ConjugateSweeps) {
-        startLift(island, problem.v);
+        startLift(island, problem.v, false);
     }
     centre_ = problem.p;
     evaluate(island, impulse, g);
@@ -623,7 +636,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
     for (const SolverBody<S>& body : island.bodies) {
         before.push_back(body.vBefore);
     }
-    startLift(island, before);
+    startLift(island, before, true);
     momentumVelocity(island);
     report.residual = residual(island);
     if (report.residual <= options.tolerance) {

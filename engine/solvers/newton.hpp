@@ -84,8 +84,8 @@ private:
         }
     }
     void regularise(const Island<S>& island, S reg);
-    // De Saxce's lift of what slides at the twists `v`.
-    void startLift(const Island<S>& island, const std::vector<Vec6<S>>& v);
+    // De Saxce's lift of what slides at the twists `v`: of the solve, or of before, which friction has still to brake.
+    void startLift(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before);
     double updateLift(const Island<S>& island);
     S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
     bool stillHolds(const Island<S>& island) const;

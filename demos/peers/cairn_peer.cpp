@@ -1,4 +1,4 @@
-#include "peer.hpp"
+#include <cairn/demos/peers/peer.hpp>
 
 namespace cairn {
 namespace {

@@ -1,5 +1,5 @@
 // Scene -> Bullet world (single precision, as packaged), at Bullet's defaults but for the count of iterations.
-#include "peer.hpp"
+#include <cairn/demos/peers/peer.hpp>
 
 #include <btBulletDynamicsCommon.h>
 #include <Eigen/Eigenvalues>
@@ -33,7 +33,7 @@ Posed fromBullet(const btTransform& t) {
 }
 
 [[noreturn]] void noCounterpart(const std::string& what) {
-    throw InputError("scene", what, "it has no counterpart in Bullet here: choose another scene, or --engine cairn");
+    throw InputError("scene", what, "it has no counterpart in Bullet here: choose another scene");
 }
 
 bool mayCollide(const Filter& a, const Filter& b) {
@@ -164,6 +164,7 @@ private:
             }
             case ShapeKind::Ellipsoid:
             case ShapeKind::HalfSpace:
+            case ShapeKind::HeightField:
                 break;
         }
         noCounterpart(std::string("a shape ") + name(shape.kind));
@@ -352,6 +353,10 @@ private:
 };
 
 }  // namespace
+
+bool hasBullet() {
+    return true;
+}
 
 std::unique_ptr<Peer> makeBulletPeer(const Scene& scene, int iterations) {
     return std::make_unique<BulletPeer>(scene, iterations);

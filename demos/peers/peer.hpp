@@ -14,6 +14,8 @@ public:
 // Sleep is off in all of them, so that the time of a step is that of a full step.
 // Throws InputError as World does.
 std::unique_ptr<Peer> makeCairnPeer(const Scene& scene, const std::string& solver, bool isFloat);
+// Whether Bullet was found when this was built; without it makeBulletPeer throws InputError.
+bool hasBullet();
 // Throws InputError naming what of the scene has no counterpart: ellipsoids, distance joints, soft joints.
 std::unique_ptr<Peer> makeBulletPeer(const Scene& scene, int iterations);
 

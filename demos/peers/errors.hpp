@@ -1,6 +1,6 @@
 #pragma once
 // How wrong a world is, from the poses of its bodies alone, by the same formulas for every engine.
-#include "peer.hpp"
+#include <cairn/demos/peers/peer.hpp>
 
 namespace cairn {
 

@@ -1,4 +1,4 @@
-#include "errors.hpp"
+#include <cairn/demos/peers/errors.hpp>
 
 #include <algorithm>
 
