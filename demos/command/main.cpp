@@ -25,6 +25,9 @@ int main(int argc, char** argv) {
     add("render", "pictures or a film of a scene", cairn::addRender);
     add("demo", "run the demonstration scenes: pictures, a film and a table", cairn::addDemo);
     add("study", "measure the solvers: convergence, momentum, energy, chain, stacks", cairn::addStudy);
+    add("check", "what will be hard about a scene, before it is run", cairn::addCheck);
+    add("explain", "what a scene makes the engine model, why, and what each costs", cairn::addExplain);
+    add("tune", "measure which settings serve a scene best, by error and cost", cairn::addTune);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
