@@ -38,6 +38,20 @@ public:
     void setPose(std::size_t body, const Posed& pose) override {
         world_.setPose(bodies_[body], pose.template cast<S>());
     }
+    void setVelocity(std::size_t body, const Vec3d& linear, const Vec3d& angular) override {
+        world_.setVelocity(bodies_[body], linear.template cast<S>(), angular.template cast<S>());
+    }
+    bool gyroscopic(std::size_t body) const override {
+        if (!(world_.mass(bodies_[body]) > S(0)) || world_.def(bodies_[body]).particle) {
+            return false;
+        }
+        const Mat3d inertia = world_.inertia(bodies_[body]).template cast<double>();
+        const double mean = inertia.trace() / 3;
+        return (inertia - mean * Mat3d::Identity()).cwiseAbs().maxCoeff() > 1e-6 * mean;
+    }
+    void setSolver(const SolverDef& solver) override { world_.setSolver(solver); }
+    void setAccuracy(const AccuracyDef& accuracy) override { world_.setAccuracy(accuracy); }
+    Diagnosis diagnose(double dt, double position) override { return world_.diagnose(static_cast<S>(dt), position); }
     std::size_t bodyCount() const override { return bodies_.size(); }
     std::size_t deformableCount() const override { return placed_.deformables.size(); }
     TriangleMesh surface(std::size_t deformable) const override {

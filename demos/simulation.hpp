@@ -21,7 +21,13 @@ public:
     virtual Vec3d angularVelocity(std::size_t body) const = 0;  // rad/s, world axes
     virtual bool awake(std::size_t body) const = 0;
     virtual double mass(std::size_t body) const = 0;  // kg; 0 for static and kinematic bodies
+    // Whether its moments of inertia differ, so that its spin turns by itself.
+    virtual bool gyroscopic(std::size_t body) const = 0;
     virtual void setPose(std::size_t body, const Posed& pose) = 0;
+    virtual void setVelocity(std::size_t body, const Vec3d& linear, const Vec3d& angular) = 0;  // m/s, rad/s
+    virtual void setSolver(const SolverDef& solver) = 0;
+    virtual void setAccuracy(const AccuracyDef& accuracy) = 0;
+    virtual Diagnosis diagnose(double dt, double position) = 0;  // s, m: as World::diagnose
     virtual std::vector<ContactView> contacts() const = 0;
     virtual std::vector<JointView> jointViews() const = 0;
     virtual std::size_t deformableCount() const = 0;

@@ -392,6 +392,9 @@ std::vector<ContactView> World<S>::contacts() const {
                 view.normalForce = static_cast<double>(point.normalForce);
                 view.error = static_cast<double>(point.error);
                 view.frictionForce = point.friction.template cast<double>();
+                view.friction = static_cast<double>(patch.friction);
+                view.staticFriction = static_cast<double>(patch.staticFriction);
+                view.restitution = static_cast<double>(patch.restitution);
             }
         }
     }

@@ -16,6 +16,10 @@ struct ContactView {
     double normalForce = 0;               // N
     Vec3d frictionForce = Vec3d::Zero();  // N, on b
     double error = 0;                     // m, as StepError::position: depth, hovering under load, or slip in a step
+    // Of the two surfaces together.
+    double friction = 0;  // sliding
+    double staticFriction = 0;
+    double restitution = 0;
 };
 
 // A joint as it stands after a step.

@@ -53,12 +53,25 @@ void setSolver(SolverDef& solver, const std::vector<std::string>& settings) {
 
 }  // namespace
 
-void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
+CLI::AsNumberWithUnit lengthUnit() {
+    return CLI::AsNumberWithUnit(std::map<std::string, double>{{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}});
+}
+
+CLI::AsNumberWithUnit timeUnit() {
+    return CLI::AsNumberWithUnit(std::map<std::string, double>{{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}});
+}
+
+void addSceneChoice(CLI::App& command, SceneArguments& arguments) {
     command.add_option("scene", arguments.scene, "a built-in scene (cairn list) or a scene file")->required();
     command.add_option("--set", arguments.set, "NAME=VALUE: a parameter of a built-in scene; may be repeated");
+    command.add_option("--dt", arguments.dt, "step, s; the scene says otherwise")->check(CLI::Range(1e-6, 1.0));
+    command.add_option("--threads", arguments.threads, "threads")->check(CLI::Range(1, 1024));
+}
+
+void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
+    addSceneChoice(command, arguments);
     command.add_option("--seconds", arguments.seconds, "how long, s; the scene says otherwise")
         ->check(CLI::Range(1e-6, 1e6));
-    command.add_option("--dt", arguments.dt, "step, s; the scene says otherwise")->check(CLI::Range(1e-6, 1.0));
     command.add_option("--solver", arguments.solver, "solver (cairn list)");
     command.add_option("--substeps", arguments.substeps, "sub-steps a step")->check(CLI::Range(1, 100000));
     command.add_option("--iterations", arguments.iterations, "iterations a sub-step")->check(CLI::Range(1, 1000000));
@@ -66,11 +79,14 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
                        "NAME=VALUE: another number of the solver, as in a scene file's world.solver; may be repeated");
     command
         .add_option("--accuracy", arguments.accuracy,
-                    "m: error allowed in a step's positions; islands are solved again until they are within it")
+                    "m, or as 1mm: error allowed in a step's positions; islands are solved again until they are within "
+                    "it")
+        ->transform(lengthUnit())
         ->check(CLI::Range(0.0, 1e6));
-    command.add_option("--budget", arguments.budget, "s: time that a step may take; the best that fits is done")
+    command
+        .add_option("--budget", arguments.budget, "s, or as 2ms: time that a step may take; the best that fits is done")
+        ->transform(timeUnit())
         ->check(CLI::Range(0.0, 1e6));
-    command.add_option("--threads", arguments.threads, "threads")->check(CLI::Range(1, 1024));
     command.add_option("--precision", arguments.precision, "float or double")
         ->check(CLI::IsMember({"float", "double"}))
         ->capture_default_str();

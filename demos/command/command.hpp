@@ -19,6 +19,9 @@ Action addRender(CLI::App& app);
 Action addDemo(CLI::App& app);
 Action addCompare(CLI::App& app);
 Action addStudy(CLI::App& app);
+Action addCheck(CLI::App& app);
+Action addExplain(CLI::App& app);
+Action addTune(CLI::App& app);
 
 // The options of every command that takes a scene.
 struct SceneArguments {
@@ -38,6 +41,11 @@ struct SceneArguments {
     Precision precisionValue() const { return precision == "float" ? Precision::Float : Precision::Double; }
 };
 void addSceneOptions(CLI::App& command, SceneArguments& arguments);
+// Those of them that say which scene and leave open how it is solved: scene, --set, --dt, --threads.
+void addSceneChoice(CLI::App& command, SceneArguments& arguments);
+// For transform(): 0.001, 1mm, 50um into m; 0.002, 2ms, 500us into s.
+CLI::AsNumberWithUnit lengthUnit();
+CLI::AsNumberWithUnit timeUnit();
 // Throws InputError.
 Scene openScene(const SceneArguments& arguments);
 

@@ -24,6 +24,9 @@ int main(int argc, char** argv) {
     add("run", "run a scene and report cost and error", cairn::addRun);
     add("render", "pictures or a film of a scene", cairn::addRender);
     add("demo", "run the demonstration scenes: pictures, a film and a table", cairn::addDemo);
+    add("check", "what will be hard about a scene, before it is run", cairn::addCheck);
+    add("explain", "what a scene makes the engine model, why, and what each costs", cairn::addExplain);
+    add("tune", "measure which settings serve a scene best, by error and cost", cairn::addTune);
     add("compare", "one scene on Cairn and on other engines over their dials", cairn::addCompare);
     add("study", "measure the solvers: convergence, momentum, energy, chain, stacks, clusters, extremes",
         cairn::addStudy);

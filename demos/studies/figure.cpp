@@ -256,11 +256,12 @@ std::string draw(const Panel& panel, const std::vector<std::string>& labels, dou
 }  // namespace
 
 std::string svg(const Figure& figure) {
-    const int columns = std::max(1, figure.columns);
+    const int columns = figure.narrow ? 1 : std::max(1, figure.columns);
     const int rows = (static_cast<int>(figure.panels.size()) + columns - 1) / columns;
     const bool single = figure.panels.size() == 1;
-    const double panelWidth = single ? 560 : 340;
-    const double panelHeight = single ? 380 : 230;
+    const double panelWidth = figure.narrow ? 300 : (single ? 560 : 340);
+    const double panelHeight = figure.narrow ? 260 : (single ? 380 : 230);
+    const double head = figure.narrow && figure.title.empty() ? 0 : titleHeight;
     const double cellWidth = marginLeft + panelWidth + marginRight;
     const double cellHeight = marginTop + panelHeight + marginBottom;
 
@@ -274,9 +275,12 @@ std::string svg(const Figure& figure) {
             }
         }
     }
-    const double width = columns * cellWidth + legendWidth;
-    const double height = std::max(titleHeight + rows * cellHeight,
-                                   titleHeight + marginTop + 20 * static_cast<double>(labels.size()) + marginBottom);
+    const double panelsEnd = head + rows * cellHeight;
+    const std::size_t legendColumns = figure.narrow ? 2 : 1;
+    const double legendHeight = 20 * std::ceil(static_cast<double>(labels.size()) / static_cast<double>(legendColumns));
+    const double width = columns * cellWidth + (figure.narrow ? 0 : legendWidth);
+    const double height = figure.narrow ? panelsEnd + legendHeight + 12
+                                        : std::max(panelsEnd, head + marginTop + legendHeight + marginBottom);
     std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(width) + "\" height=\"" +
                       number(height) + "\" viewBox=\"0 0 " + number(width) + " " + number(height) +
                       "\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n";
@@ -286,12 +290,14 @@ std::string svg(const Figure& figure) {
     for (std::size_t k = 0; k < figure.panels.size(); ++k) {
         const int column = static_cast<int>(k) % columns;
         const int row = static_cast<int>(k) / columns;
-        out += draw(figure.panels[k], labels, column * cellWidth + marginLeft,
-                    titleHeight + row * cellHeight + marginTop, panelWidth, panelHeight);
+        out += draw(figure.panels[k], labels, column * cellWidth + marginLeft, head + row * cellHeight + marginTop,
+                    panelWidth, panelHeight);
     }
-    const double left = columns * cellWidth + 6;
+    const double legendLeft = figure.narrow ? marginLeft : columns * cellWidth + 6;
+    const double legendTop = figure.narrow ? panelsEnd : head + marginTop;
     for (std::size_t k = 0; k < labels.size(); ++k) {
-        const double y = titleHeight + marginTop + 10 + 20 * static_cast<double>(k);
+        const double left = legendLeft + 150 * static_cast<double>(k % legendColumns);
+        const double y = legendTop + 10 + 20 * static_cast<double>(k / legendColumns);
         const Look look = lookOf(k);
         if (kinds[k] == SeriesKind::Marks) {
             out += mark(left + 13, y, look, 5.5);

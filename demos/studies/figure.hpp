@@ -41,6 +41,7 @@ struct Figure {
     std::string note = {};  // a line under the title
     std::vector<Panel> panels = {};
     int columns = 1;
+    bool narrow = false;  // as wide as a phone, panels one below the other, the legend under them
 };
 
 // A whole SVG document.

@@ -241,6 +241,61 @@ TEST_F(Command, StudyWritesTablesFiguresAndJson) {
     EXPECT_TRUE(json.at("broken").empty());
 }
 
+TEST_F(Command, CheckSaysWhatWillBeHard) {
+    const Outcome heavy = cairn("check heavy --set ratio=1000");
+    EXPECT_EQ(heavy.code, 0) << heavy.err;
+    EXPECT_NE(heavy.out.find("gauss_seidel"), std::string::npos) << heavy.out;
+    EXPECT_EQ(cairn("check heavy --set ratio=1000 --strict").code, 1);
+    const Outcome chain = cairn("check chain --set ratio=1 --error 1cm --precision float --strict --json -");
+    const nlohmann::json json = nlohmann::json::parse(chain.out);
+    EXPECT_EQ(chain.code, json.at("findings").empty() ? 0 : 1);
+    EXPECT_DOUBLE_EQ(json.at("error_m").get<double>(), 0.01);
+    EXPECT_EQ(json.at("islands").size(), 1u);
+    EXPECT_NE(cairn("check tower --set n=3").out.find("direct work"), std::string::npos);
+    expectUsageError("check heavy --error 1parsec", "--error");
+    expectUsageError("check heavy --error 0", "--error");
+}
+
+TEST_F(Command, ExplainSaysWhatIsModelled) {
+    const Outcome words = cairn("explain tower --set n=2 --seconds 0.1 --repeats 2");
+    EXPECT_EQ(words.code, 0) << words.err;
+    EXPECT_NE(words.out.find("friction rows: 16 of 24"), std::string::npos) << words.out;
+    const auto json = nlohmann::json::parse(cairn("explain heavy --seconds 0.1 --json -").out);
+    EXPECT_EQ(json.at("features").size(), 11u);
+    EXPECT_EQ(json.at("steps"), 6);
+}
+
+TEST_F(Command, TuneFindsWritesAndGoesOn) {
+    const auto path = [&](const char* name) { return "'" + (scratch() / name).string() + "'"; };
+    const std::string base = "tune tower --set n=3 --quick --repeats 1 --horizon 100ms --state " + path("state.json");
+    const Outcome first = cairn(base + " --error 1mm --write " + path("tuned.json") + " --svg " + path("front.svg") +
+                                " --html " + path("page.html"));
+    EXPECT_EQ(first.code, 0) << first.err;
+    EXPECT_NE(first.out.find("cheapest within"), std::string::npos) << first.out;
+    EXPECT_TRUE(slurp(scratch() / "front.svg").starts_with("<svg "));
+    const std::string page = slurp(scratch() / "page.html");
+    EXPECT_EQ(page.find("://"), std::string::npos);
+    EXPECT_NE(page.find("base64,iVBORw0KGgo"), std::string::npos);
+    EXPECT_EQ(cairn("run " + path("tuned.json") + " --seconds 0.1").code, 0);
+    const std::string state = slurp(scratch() / "state.json");
+    const nlohmann::json again = nlohmann::json::parse(cairn(base + " --budget 10s --json -").out);
+    EXPECT_EQ(slurp(scratch() / "state.json"), state);  // all of it was known
+    EXPECT_EQ(again.at("entries").size(), 12u);
+    EXPECT_EQ(again.at("budget_ms"), 10000);
+    for (const auto& entry : again.at("entries")) {
+        const std::string label = entry.at("label");
+        EXPECT_NE(page.find("<td>" + label + "</td>"), std::string::npos) << label;
+    }
+    const Outcome none = cairn(base + " --budget 0.001us");
+    EXPECT_EQ(none.code, 1);
+    EXPECT_NE(none.err.find("no setting"), std::string::npos) << none.err;
+    expectUsageError(base + " --error 2mm", "error_m");
+    expectUsageError("tune tower --error 1mm --budget 1ms", "excludes");
+    expectUsageError("tune tower --quick --full", "excludes");
+    std::ofstream(scratch() / "torn.json") << "{";
+    expectUsageError("tune tower --state " + path("torn.json"), "torn.json");
+}
+
 TEST_F(Command, StudyRefusesWhatItDoesNotKnow) {
     expectUsageError("study convergense", "convergence");
     expectUsageError("study", "study");

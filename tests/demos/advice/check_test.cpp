@@ -1,0 +1,78 @@
+// What is said of scenes before they run, against what is known of them.
+#include <gtest/gtest.h>
+#include <cairn/demos/advice/advice.hpp>
+
+namespace cairn {
+namespace {
+
+nlohmann::ordered_json check(const std::string& scene, const SceneOverrides& overrides,
+                             Precision precision = Precision::Double) {
+    const Scene made = makeScene(scene, overrides);
+    const auto simulation = makeSimulation(made, precision);
+    return diagnosisJson(simulation->diagnose(made.dt, 0.001), 0.001, made, *simulation);
+}
+
+bool hasFinding(const nlohmann::ordered_json& json, const std::string& kind) {
+    for (const auto& finding : json.at("findings")) {
+        if (finding.at("kind") == kind) {
+            return true;
+        }
+    }
+    return false;
+}
+
+TEST(Check, HeavyOnLightIsNamed) {
+    for (const Precision precision : {Precision::Double, Precision::Float}) {
+        const auto json = check("heavy", {{"ratio", 1000}}, precision);
+        ASSERT_TRUE(hasFinding(json, "mass_ratio")) << json.dump(1);
+        const auto& finding = json.at("findings").at(0);
+        EXPECT_NEAR(finding.at("figure").get<double>(), 1000, 1);
+        EXPECT_EQ(finding.at("bodies").size(), 2u);
+        EXPECT_NE(finding.at("text").get<std::string>().find(finding.at("bodies").at(0).get<std::string>()),
+                  std::string::npos);
+    }
+    EXPECT_FALSE(hasFinding(check("heavy", {{"ratio", 2}}), "mass_ratio"));
+}
+
+TEST(Check, ATowerIsOneIslandOfAllItsRows) {
+    const auto json = check("tower", {{"n", 5}});
+    ASSERT_EQ(json.at("islands").size(), 1u);
+    const auto& island = json.at("islands").at(0);
+    EXPECT_EQ(island.at("bodies"), 5);
+    EXPECT_EQ(island.at("rows"), 5 * 4 * 3);  // four points a face, three rows a point
+    EXPECT_GT(island.at("spectral_radius").get<double>(), 0);
+    EXPECT_LT(island.at("spectral_radius").get<double>(), 1);
+    EXPECT_GT(island.at("sweeps").at("gauss_seidel").get<double>(), 0);
+    EXPECT_GT(island.at("sweeps").at("jacobi").get<double>(), island.at("sweeps").at("gauss_seidel").get<double>());
+    EXPECT_GT(island.at("direct_work").get<double>(), 0);
+    // Taller is slower.
+    EXPECT_GT(check("tower", {{"n", 15}}).at("islands").at(0).at("spectral_radius").get<double>(),
+              island.at("spectral_radius").get<double>());
+}
+
+TEST(Check, AChainWithAHeavyEndIsSlow) {
+    const auto light = check("chain", {{"links", 10}, {"ratio", 1}});
+    const auto heavy = check("chain", {{"links", 10}, {"ratio", 1000}});
+    ASSERT_EQ(heavy.at("islands").size(), 1u);
+    EXPECT_EQ(heavy.at("islands").at(0).at("rows"), 30);
+    EXPECT_TRUE(hasFinding(heavy, "mass_ratio"));
+    EXPECT_FALSE(hasFinding(light, "mass_ratio"));
+    EXPECT_GT(heavy.at("islands").at(0).at("sweeps").at("gauss_seidel").get<double>(),
+              10 * light.at("islands").at(0).at("sweeps").at("gauss_seidel").get<double>());
+}
+
+TEST(Check, ParticlesAreNamedByTheirDeformable) {
+    const Scene scene = makeScene("rope");
+    const auto simulation = makeSimulation(scene);
+    ASSERT_GT(simulation->deformableCount(), 0u);
+    // Ids of particles are found in the joints between them.
+    simulation->step(scene.dt);
+    bool found = false;
+    for (const JointView& joint : simulation->jointViews()) {
+        found = found || bodyName(scene, *simulation, joint.b).find("particle") != std::string::npos;
+    }
+    EXPECT_TRUE(found);
+}
+
+}  // namespace
+}  // namespace cairn
