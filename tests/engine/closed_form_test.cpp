@@ -275,5 +275,22 @@ TEST(ClosedForm, HeavyTopPrecession) {
     });
 }
 
+// A bounce gives back what gravity gave on the way down, and the step report does not take that for energy from
+// nothing, whenever within a sub-step it comes.
+TEST(ClosedForm, BouncesGainNoEnergyFromNothing) {
+    forEachSolver([](const SolverDef& solver) {
+        Worldd world({.solver = solver, .sleep = {.enabled = false}});
+        addFloor(world, 0.5, 1);
+        world.add({.shapes = {withMaterial(sphere(0.5), 0.5, 1)}, .position = Vec3d(0, 2, 0), .mass = 1});
+        double most = 0;
+        for (int i = 0; i < 240; ++i) {
+            const StepReport& report = world.step(1.0 / 60);
+            EXPECT_TRUE(report.ok()) << report.summary();
+            most = std::max(most, report.error.energyGained);
+        }
+        expectBelow(solver.name + ", gained in a step, J", most, 1e-12);
+    });
+}
+
 }  // namespace
 }  // namespace cairn
