@@ -97,7 +97,8 @@ std::string brief(double x) {
 
 // "1 contact", "2 contacts"
 std::string count(std::int64_t n, const std::string& what) {
-    return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+    const bool body = what == "body";
+    return std::to_string(n) + " " + (n == 1 ? what : body ? "bodies" : what + "s");
 }
 
 // What the run of the scene as it is showed.

@@ -19,6 +19,23 @@ struct CheckArguments {
 // Islands in the table; the rest in the JSON.
 constexpr std::size_t mostIslands = 20;
 
+// Sentences of one kind that are printed.
+constexpr int mostAlike = 3;
+
+void printFindings(const Diagnosis& diagnosis) {
+    std::map<FindingKind, int> alike;
+    for (const Finding& finding : diagnosis.findings) {
+        if (++alike[finding.kind] <= mostAlike) {
+            std::printf("%s\n", finding.text.c_str());
+        }
+    }
+    for (const auto& [kind, count] : alike) {
+        if (count > mostAlike) {
+            std::printf("and %d more of the kind %s (--json has all)\n", count - mostAlike, name(kind));
+        }
+    }
+}
+
 std::string sweepsOf(double sweeps) {
     if (!std::isfinite(sweeps)) {
         return "never";
@@ -63,9 +80,7 @@ int check(const CheckArguments& arguments) {
         if (diagnosis.findings.empty()) {
             std::printf("%s: nothing hard was found\n", scene.name.c_str());
         }
-        for (const Finding& finding : diagnosis.findings) {
-            std::printf("%s\n", finding.text.c_str());
-        }
+        printFindings(diagnosis);
         printIslands(diagnosis, arguments.error, scene, *simulation);
     }
     return arguments.strict && !diagnosis.findings.empty() ? exitBroken : exitOk;
