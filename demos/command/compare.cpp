@@ -2,7 +2,7 @@
 // poses of the bodies; one table, one plot.
 #include <cairn/demos/command/command.hpp>
 #include <cairn/demos/peers/peers.hpp>
-#include <cairn/demos/studies/figure.hpp>
+#include <cairn/demos/studies/studies.hpp>
 
 #include <cstdio>
 #include <fstream>

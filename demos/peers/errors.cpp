@@ -24,10 +24,19 @@ ErrorMeter::ErrorMeter(const Scene& scene) : scene_(scene) {
                 if (!def.collide) {
                     joined_.push_back({std::min(def.a.index, def.b.index), std::max(def.a.index, def.b.index)});
                 }
+                if constexpr (requires { def.softness; }) {
+                    // What gives way by its nature has no error here.
+                    if (def.softness.compliance > 0 || def.softness.frequency > 0) {
+                        return;
+                    }
+                }
                 Anchors anchors{def.a.index, def.b.index, Vec3d::Zero(), Vec3d::Zero(), &joint.def};
                 const Posed toA = start(scene.bodies[def.a.index]).inverse();
                 const Posed toB = start(scene.bodies[def.b.index]).inverse();
-                if constexpr (requires { def.anchorA; }) {
+                if constexpr (requires {
+                                  def.anchorA;
+                                  def.lower;
+                              }) {
                     anchors.onA = toA * def.anchorA;
                     anchors.onB = toB * def.anchorB;
                     const double length = (def.anchorB - def.anchorA).norm();
