@@ -57,8 +57,11 @@ TEST(Check, AChainWithAHeavyEndIsSlow) {
     EXPECT_EQ(heavy.at("islands").at(0).at("rows"), 30);
     EXPECT_TRUE(hasFinding(heavy, "mass_ratio"));
     EXPECT_FALSE(hasFinding(light, "mass_ratio"));
-    EXPECT_GT(heavy.at("islands").at(0).at("sweeps").at("gauss_seidel").get<double>(),
-              10 * light.at("islands").at(0).at("sweeps").at("gauss_seidel").get<double>());
+    // The chain is let go from level, where its joints bear little: it is the load at rest that takes sweeps.
+    const auto sweeps = [](double ratio) {
+        return check("heavy", {{"ratio", ratio}}).at("islands").at(0).at("sweeps").at("gauss_seidel").get<double>();
+    };
+    EXPECT_GT(sweeps(1000), 10 * sweeps(2));
 }
 
 TEST(Check, ParticlesAreNamedByTheirDeformable) {
