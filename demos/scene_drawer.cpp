@@ -90,7 +90,8 @@ MeshHandle SceneDrawer::meshOf(const Shape& shape) {
     if (scalesFromUnit(shape.kind)) {
         plain.size = Vec3d::Ones();
     }
-    const Key key{plain.kind, {plain.size.x(), plain.size.y(), plain.size.z()}, plain.hull, plain.mesh, plain.field};
+    const Key key{plain.kind, {plain.size.x(), plain.size.y(), plain.size.z()}, plain.offset, plain.hull, plain.mesh,
+                  plain.field};
     const auto found = meshes_.find(key);
     if (found != meshes_.end()) {
         return found->second;

@@ -44,6 +44,7 @@ private:
     struct Key {
         ShapeKind kind;
         std::array<double, 3> size;
+        double offset;  // m, of half-spaces
         std::shared_ptr<const Hull> hull;
         std::shared_ptr<const CollisionMesh> mesh;
         std::shared_ptr<const HeightField> field;
