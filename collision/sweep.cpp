@@ -67,7 +67,8 @@ public:
         double t = 0;
         place(t);
         look();
-        bool wasClose = separation_ <= slack.gap;
+        bool wasClose = separation_ <= slack.gap + slack.tolerance;
+        bool fromStart = wasClose;
         if (wasClose && slack.most < 0) {
             report(t, impact);
             return true;
@@ -93,11 +94,12 @@ public:
                     report(t, impact);
                 }
                 if (separation_ <= floor + slack.tolerance) {
-                    impact.fraction = met;
+                    impact.fraction = fromStart ? t : met;
                     return true;
                 }
             } else if (wasClose) {
                 wasClose = false;
+                fromStart = false;
                 passed.push_back({impact, t});
             }
             const double target = wasClose ? floor : slack.gap;
@@ -370,7 +372,7 @@ std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motion
         earlier = false;
         for (const Closeness& c : passed) {
             const double sunk = (best->fraction - c.impact.fraction) * (relative.dot(best->normal) - turning);
-            if (c.impact.fraction < best->fraction && c.end >= best->fraction &&
+            if (c.impact.fraction > 0 && c.impact.fraction < best->fraction && c.end >= best->fraction &&
                 c.impact.normal.dot(best->normal) > sameWay && sunk < settings.slack + settings.gap) {
                 best = c.impact;
                 earlier = true;

@@ -37,9 +37,9 @@ struct ImpactSettings {
     double slack = 5e-3;
 };
 
-// The first meeting of two bodies. Shapes that touch at the start count once they are `slack` deeper than they were.
-// Triangles are one-sided: those whose back the shape's centre sees at the start are passed, as in collide(). Nothing
-// where they do not meet.
+// The first meeting of two bodies. Shapes that touch at the start count once they are `slack` deeper than they were,
+// and at that time: held where they started, they would never come free. Triangles are one-sided: those whose back the
+// shape's centre sees at the start are passed, as in collide(). Nothing where they do not meet.
 std::optional<Impact> timeOfImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
                                    const Motion& motionB, const ImpactSettings& settings = {});
 

@@ -112,8 +112,10 @@ private:
         }
         const std::vector<Shape>& shapes = bodies_[sweep.body].def.shapes;
         const Motion motion = motionOf(sweep.body);
+        // What has contacts may get a little deeper in turning; what goes deeper than this may go through.
         ImpactSettings settings;
         settings.gap = std::min(settings.gap, 0.5 * bodies_[sweep.body].innerRadius);
+        settings.slack = 0.25 * bodies_[sweep.body].innerRadius;
         sweep.fraction = 2;
         for (const ProxyId other : sweep.candidates) {
             const auto impact = timeOfImpact(shapes, motion, bodies_[other].def.shapes, motionOf(other), settings);
