@@ -28,6 +28,15 @@ struct Pose {
     bool isFinite() const { return position.allFinite() && rotation.coeffs().allFinite(); }
 };
 
+// A pose that many vectors are to be turned by: its rotation as a matrix.
+template <class S>
+struct Placement {
+    Vec3<S> position;
+    Mat3<S> rotation;
+
+    explicit Placement(const Pose<S>& pose) : position(pose.position), rotation(pose.rotation.toRotationMatrix()) {}
+};
+
 // The pose of `inner` seen from `outer`; differences of positions are taken first, so that the answer is as good far
 // from the origin as near it.
 template <class S>

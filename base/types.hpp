@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -30,5 +31,11 @@ using Vec3d = Vec3<double>;
 using Mat3d = Mat3<double>;
 using Quatf = Quat<float>;
 using Quatd = Quat<double>;
+
+// |(x, y)|. std::hypot's care of overflow costs ten times as much.
+template <class S>
+S planeLength(S x, S y) {
+    return std::sqrt(x * x + y * y);
+}
 
 }  // namespace cairn

@@ -197,7 +197,7 @@ private:
             for (int r = block.first; r < block.first + block.count; ++r) {
                 const Row<S>& row = island.rows[static_cast<std::size_t>(r)];
                 if (row.compliance > S(0)) {
-                    const S mobility = island.mobility(row, block);
+                    const S mobility = island.responses[static_cast<std::size_t>(r)].mobility;
                     worst = std::max(worst, std::sqrt(static_cast<double>(mobility / row.compliance)));
                 }
             }

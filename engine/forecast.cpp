@@ -28,7 +28,7 @@ RowProblem<S> hardProblem(Island<S>& island, S h) {
         for (std::size_t i = static_cast<std::size_t>(block.first);
              i < static_cast<std::size_t>(block.first + block.count); ++i) {
             bool hard = false;
-            problem.terms[i] = rowTerms(island.rows[i], island.mobility(island.rows[i], block), h, hard);
+            problem.terms[i] = rowTerms(island.rows[i], island.responses[i].mobility, h, hard);
             if (hard) {
                 problem.terms[i].bias = island.rows[i].C / h;
             }

@@ -27,6 +27,16 @@ S normalSpeed(const Row<S>& row, const Vec6<S>& va, const Vec6<S>& vb) {
     return row.a.dot(va) + row.b.dot(vb);
 }
 
+// What a body gets of an impulse that another one got from it; a fixed body does not show it by its speed.
+template <class S>
+Vec6<S> seenFrom(const SolverBody<S>& body, const Vec6<S>& impulse, const SolverBody<S>& other) {
+    const Vec3<S> linear = impulse.template head<3>();
+    Vec6<S> seen;
+    seen.template head<3>() = -linear;
+    seen.template tail<3>() = -impulse.template tail<3>() - (other.pose.position - body.pose.position).cross(linear);
+    return seen;
+}
+
 // Brings the points of one manifold to their targets: projected Gauss-Seidel on at most twelve rows.
 template <class S>
 void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
@@ -49,7 +59,7 @@ void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
             for (int t = 1; t < 3; ++t) {
                 wanted[t - 1] = point.impulse[t] - island.rowVelocity(row[t], block) / point.mobility[t];
             }
-            const S length = std::hypot(wanted[0], wanted[1]);
+            const S length = planeLength(wanted[0], wanted[1]);
             const S most = point.friction * point.impulse[0];
             const S scale = length > most ? most / length : S(1);
             for (int t = 1; t < 3; ++t) {
@@ -91,7 +101,7 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             // A point out of reach in this sub-step can still be thrown into the other body by another impact.
             impact.gained = (after - before) * (S(1) - impact.time / h);
             for (int r = 0; r < block.count; ++r) {
-                impact.mobility[r] = island.mobility(island.rows[static_cast<std::size_t>(block.first + r)], block);
+                impact.mobility[r] = island.responses[static_cast<std::size_t>(block.first + r)].mobility;
             }
             group.points.push_back(impact);
         }
@@ -136,8 +146,14 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             const Vec6<S> beforeA = a.v;
             const Vec6<S> beforeB = b.v;
             solveGroup(island, group);
-            a.outside += a.applyMass(a.v - beforeA);
-            b.outside += b.applyMass(b.v - beforeB);
+            const Vec6<S> onA = a.applyMass(a.v - beforeA);
+            const Vec6<S> onB = b.applyMass(b.v - beforeB);
+            a.outside += onA;
+            b.outside += onB;
+            if (island.marksBorder) {
+                a.handed += b.tolerance > 0 ? seenFrom(a, onB, b) : Vec6<S>(Vec6<S>::Zero());
+                b.handed += a.tolerance > 0 ? seenFrom(b, onA, a) : Vec6<S>(Vec6<S>::Zero());
+            }
             a.offset -= time * (a.v - beforeA);
             b.offset -= time * (b.v - beforeB);
         }

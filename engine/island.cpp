@@ -32,6 +32,7 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     newtonRounds += o.newtonRounds;
     factorisations += o.factorisations;
     rows = std::max(rows, o.rows);
+    work += o.work;
     unconverged = unconverged || o.unconverged;
     tooLong = tooLong || o.tooLong;
     residual = std::max(residual, o.residual);
@@ -61,6 +62,25 @@ Pose<S> SolverBody<S>::moved(const Vec6<S>& twist, S h) const {
         to.rotation = rotated<S>(pose.rotation, h * twist.template tail<3>() + offset.template tail<3>());
     }
     return to;
+}
+
+template <class S>
+void Island<S>::clear() {
+    Island fresh;
+    const auto keep = [](auto& room, auto& used) {
+        used.clear();
+        room.swap(used);
+    };
+    keep(fresh.bodies, bodies);
+    keep(fresh.joints, joints);
+    keep(fresh.pairs, pairs);
+    keep(fresh.patches, patches);
+    keep(fresh.locks, locks);
+    keep(fresh.rows, rows);
+    keep(fresh.blocks, blocks);
+    keep(fresh.responses, responses);
+    keep(fresh.pointOfBlock_, pointOfBlock_);
+    *this = std::move(fresh);
 }
 
 template <class S>
@@ -130,6 +150,12 @@ template <class S>
 void Island<S>::linearize() {
     rows.clear();
     blocks.clear();
+    std::size_t points = 0;
+    for (const PatchLink& link : patches) {
+        points += static_cast<std::size_t>(link.patch->manifold.count);
+    }
+    rows.reserve(3 * points);
+    blocks.reserve(joints.size() + locks.size() + points);
     for (SolverBody<S>& body : bodies) {
         if (!body.fixed && !body.holdsInertia) {
             body.refreshInertia();
@@ -150,16 +176,52 @@ void Island<S>::linearize() {
     jointBlocks = static_cast<int>(blocks.size());
     pointOfBlock_.clear();
     for (std::size_t p = 0; p < patches.size(); ++p) {
+        const Placement<S> a(poseOf(*this, patches[p].a));
+        const Placement<S> b(poseOf(*this, patches[p].b));
         for (int k = 0; k < patches[p].patch->manifold.count; ++k) {
             RowBlock<S>& block = blocks.emplace_back();
             pointOfBlock_.push_back({static_cast<int>(p), k});
-            linearizePoint(patches[p], k, rows, block);
+            linearizePoint(patches[p], k, a, b, rows, block);
             const ContactPointState<S>& point = patches[p].patch->points[static_cast<std::size_t>(k)];
             Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
             row[0].lambda = point.normalForce;
             for (int t = 1; t < block.count; ++t) {
                 row[t].lambda = point.friction.dot(row[t].b.template head<3>());
             }
+        }
+    }
+    respond();
+}
+
+template <class S>
+RowResponse<S> Island<S>::responseOf(const Row<S>& row, const RowBlock<S>& block) const {
+    RowResponse<S> response;
+    const auto body = [&](int i) -> const SolverBody<S>& { return bodies[static_cast<std::size_t>(i)]; };
+    if (!block.particles) {
+        response.a = body(block.a).applyInverseMass(row.a);
+        response.b = body(block.b).applyInverseMass(row.b);
+    } else {
+        response.a.template head<3>() = body(block.a).inverseMass * row.a.template head<3>();
+        response.a.template tail<3>() = body(block.b).inverseMass * row.a.template tail<3>();
+        response.b.setZero();
+        if (block.c >= 0) {
+            response.b.template head<3>() = body(block.c).inverseMass * row.b.template head<3>();
+        }
+        if (block.d >= 0) {
+            response.b.template tail<3>() = body(block.d).inverseMass * row.b.template tail<3>();
+        }
+    }
+    response.mobility = row.a.dot(response.a) + row.b.dot(response.b);
+    return response;
+}
+
+template <class S>
+void Island<S>::respond() {
+    responses.clear();
+    responses.reserve(rows.size());
+    for (const RowBlock<S>& block : blocks) {
+        for (int i = block.first; i < block.first + block.count; ++i) {
+            responses.push_back(responseOf(rows[static_cast<std::size_t>(i)], block));
         }
     }
 }
@@ -180,7 +242,9 @@ void Island<S>::linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, 
 }
 
 template <class S>
-void Island<S>::linearizePoint(const PatchLink& link, int point, std::vector<Row<S>>& out, RowBlock<S>& block) const {
+template <class P>
+void Island<S>::linearizePoint(const PatchLink& link, int point, const P& a, const P& b, std::vector<Row<S>>& out,
+                               RowBlock<S>& block) const {
     const ContactPatch<S>& patch = *link.patch;
     block.a = link.a;
     block.b = link.b;
@@ -189,8 +253,7 @@ void Island<S>::linearizePoint(const PatchLink& link, int point, std::vector<Row
     block.friction = patch.friction;
     block.staticFriction = patch.staticFriction;
     RowWriter<S> writer(out, block);
-    linearizeContact(patch.points[static_cast<std::size_t>(point)].geometry, poseOf(*this, link.a),
-                     poseOf(*this, link.b), hasFriction(patch), writer);
+    linearizeContact(patch.points[static_cast<std::size_t>(point)].geometry, a, b, hasFriction(patch), writer);
 }
 
 template <class S>
@@ -206,7 +269,8 @@ void Island<S>::relinearize(std::size_t k) {
         linearizeLock(*this, locks[k - joints.size()], scratch, block);
     } else {
         const PointRef& ref = pointOfBlock_[k - static_cast<std::size_t>(jointBlocks)];
-        linearizePoint(patches[static_cast<std::size_t>(ref.patch)], ref.point, scratch, block);
+        const PatchLink& link = patches[static_cast<std::size_t>(ref.patch)];
+        linearizePoint(link, ref.point, poseOf(*this, link.a), poseOf(*this, link.b), scratch, block);
     }
     blocks[k].armA = block.armA;
     blocks[k].armB = block.armB;
@@ -240,8 +304,8 @@ template <class S>
 void Island<S>::contactErrors(std::vector<S>& C) const {
     C.clear();
     for (const PatchLink& link : patches) {
-        const Pose<S>& a = poseOf(*this, link.a);
-        const Pose<S>& b = poseOf(*this, link.b);
+        const Placement<S> a(poseOf(*this, link.a));
+        const Placement<S> b(poseOf(*this, link.b));
         for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
             C.push_back(link.patch->points[k].geometry.separation(a, b));
         }

@@ -7,6 +7,7 @@
 #include <cairn/engine/rows.hpp>
 
 #include <any>
+#include <memory>
 
 namespace cairn {
 
@@ -33,6 +34,7 @@ struct SolverBody {
     Vec6<S> outside = Vec6<S>::Zero();       // N s, N m s: what forces, damping and impacts gave it in this sub-step
     S unexplained = 0;     // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows explain
     double tolerance = 0;  // m, BodyDef::tolerance
+    Vec6<S> handed = Vec6<S>::Zero();  // N s, N m s, in the step so far: from inner bodies, where marksBorder
     // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
     // short of the angular momentum after its forces and impulses.
     Vec3<S> gyroMomentum = Vec3<S>::Zero();
@@ -72,6 +74,7 @@ struct SolveReport {
     int newtonRounds = 0;
     int factorisations = 0;
     int rows = 0;
+    double work = 0;  // RowProblem::work()
     bool unconverged = false;
     // A refused sub-step has changed nothing but the bodies, which must be put back.
     bool tooLong = false;         // refused: shorter sub-steps are needed
@@ -119,19 +122,22 @@ struct Island {
     // Rows of this sub-step: joints first, then locks, then contact points.
     std::vector<Row<S>> rows;
     std::vector<RowBlock<S>> blocks;
+    std::vector<RowResponse<S>> responses;  // of rows, as they were at the last respond()
     int jointBlocks = 0;  // blocks before this one belong to joints and locks, whose C bends with the motion
 
     // What is kept from step to step of how the island was solved.
     struct Memory {
-        std::any solver;      // orders and patterns: for speed alone, never part of the answer
-        int halvings = 0;     // of the sub-step, because one was refused
-        int backoff = 0;      // auto: steps that sweeps take over for when `direct` fails next
-        int sweepSteps = 0;   // auto: of those, still to come
-        double position = 0;  // m, IslandError::position of the last step
-        int level = 0;        // of refinement (refine.hpp), because the error asked for needed it
-        int calmSteps = 0;    // in which one level less would have done
+        std::any solver;                // orders and patterns: for speed alone, never part of the answer
+        int halvings = 0;               // of the sub-step, because one was refused
+        int backoff = 0;                // auto: steps that sweeps take over for when `direct` fails next
+        int sweepSteps = 0;             // auto: of those, still to come
+        double position = 0;            // m, IslandError::position of the last step
+        int level = 0;                  // of refinement (refine.hpp), because the error asked for needed it
+        int calmSteps = 0;              // in which one level less would have done
+        std::shared_ptr<Memory> inner;  // of the part that asks for a tolerance of its own
     };
     Memory memory;
+    bool marksBorder = false;        // whether bodies keep account of what inner ones (inner_part.hpp) hand them
     bool isLast = false;             // whether this sub-step is the last of its step
     bool mayRefuse = false;          // whether this sub-step may be refused
     bool mayRestart = false;         // auto: whether the whole step may begin anew
@@ -140,6 +146,8 @@ struct Island {
     bool mayHalveOnFailure = false;  // auto: an unsolved contact problem is worth shorter sub-steps
     int roundCap = 0;  // auto: the most Newton rounds that this island's bound pays for; 0: no cap but the solver's own
 
+    // As it was made, but for room that it need not ask for again.
+    void clear();
     // Looks for contacts anew at the bodies' present poses; points that are still there keep their forces.
     void detect(const ContactReach& reach, NarrowCounts& counts);
     // Takes the patches of the pairs as they are, at the bodies' present poses.
@@ -149,7 +157,9 @@ struct Island {
     void predict(S h);
     // Collects the rows at the present poses with the lambda of the last solve.
     void linearize();
-    // Takes block k anew at the present poses: C and J of its rows; lambda and bounds stay.
+    // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it.
+    void respond();
+    // Takes block k anew at the present poses: C and J of its rows; lambda, bounds and responses stay.
     void relinearize(std::size_t k);
     // C of the rows of joints and locks at the present poses, in the order of `rows`.
     void jointErrors(std::vector<S>& C) const;
@@ -169,15 +179,8 @@ struct Island {
             body.v += body.applyInverseMass(bodyGradient(row, block, k) * impulse);
         }
     }
-    // J M^-1 J^T of one row, 1/kg or 1/(kg m2).
-    S mobility(const Row<S>& row, const RowBlock<S>& block) const {
-        S sum = 0;
-        for (int k = 0; k < block.bodyCount(); ++k) {
-            const Vec6<S> g = bodyGradient(row, block, k);
-            sum += g.dot(bodies[static_cast<std::size_t>(block.body(k))].applyInverseMass(g));
-        }
-        return sum;
-    }
+    // J M^-1 J^T of a row that need not be among `rows`, 1/kg or 1/(kg m2).
+    S mobility(const Row<S>& row, const RowBlock<S>& block) const { return responseOf(row, block).mobility; }
 
     // Appends the rows of one joint at the present poses.
     void linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
@@ -186,7 +189,11 @@ private:
     struct PointRef {
         int patch, point;
     };
-    void linearizePoint(const PatchLink& link, int point, std::vector<Row<S>>& out, RowBlock<S>& block) const;
+    RowResponse<S> responseOf(const Row<S>& row, const RowBlock<S>& block) const;
+    // `a`, `b`: Pose or Placement of the two bodies.
+    template <class P>
+    void linearizePoint(const PatchLink& link, int point, const P& a, const P& b, std::vector<Row<S>>& out,
+                        RowBlock<S>& block) const;
     std::vector<PointRef> pointOfBlock_;  // of the blocks from jointBlocks on
 };
 

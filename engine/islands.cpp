@@ -106,6 +106,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
 
     std::map<std::uint32_t, typename Island<S>::Memory> memory;
     memory.swap(memory_);
+    spare_.swap(awake_);
     awake_.clear();
     std::vector<int> islandOf(slots, -1);
     std::vector<std::vector<std::uint32_t>> members;
@@ -117,6 +118,10 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         if (islandOf[top] < 0) {
             islandOf[top] = static_cast<int>(awake_.size());
             Island<S>& island = awake_.emplace_back();
+            if (awake_.size() <= spare_.size()) {
+                island = std::move(spare_[awake_.size() - 1]);
+                island.clear();
+            }
             members.emplace_back();
             if (const auto kept = memory.find(top); kept != memory.end()) {
                 island.memory = std::move(kept->second);

@@ -38,6 +38,7 @@ private:
 
     std::vector<std::uint32_t> parent_;
     std::vector<Island<S>> awake_;
+    std::vector<Island<S>> spare_;                                // of the last step, for their room
     std::map<std::uint32_t, typename Island<S>::Memory> memory_;  // of the islands of the last step, by lowest body
     std::map<std::uint32_t, std::vector<S>> lockLambda_;          // of axis locks, by body
 };

@@ -1,3 +1,4 @@
+#include <cairn/engine/inner_part.hpp>
 #include <cairn/engine/ledger.hpp>
 #include <cairn/engine/motion.hpp>
 
@@ -9,53 +10,70 @@ constexpr double unseenSpeed = 1e-5;
 
 constexpr double fallInPlay = 0.1;  // m
 
+// Momentum and kinetic energy (twice it) of a dynamic body. Where the gyroscopic rule carries angular momentum, that;
+// else what a spin that does not turn by itself makes of it.
 template <class S>
-S kineticEnergy(const SolverBody<S>& body) {
-    if (body.fixed) {
-        return S(0);
+Vec6<S> motionOf(const SolverBody<S>& body, S& twiceEnergy) {
+    const Vec3<S> v = body.v.template head<3>();
+    const Vec3<S> w = body.v.template tail<3>();
+    Vec6<S> p;
+    p.template head<3>() = body.mass * v;
+    twiceEnergy = body.mass * v.squaredNorm();
+    if (body.particle) {
+        p.template tail<3>().setZero();
+        return p;
     }
-    const Vec3<S> w = body.pose.rotation.conjugate() * Vec3<S>(body.v.template tail<3>());
-    return S(0.5) * (body.mass * body.v.template head<3>().squaredNorm() + w.dot(body.localInertia * w));
+    const Mat3<S> R = body.pose.rotation.toRotationMatrix();
+    const Vec3<S> local = R.transpose() * w;
+    const Vec3<S> spin = body.localInertia * local;
+    twiceEnergy += local.dot(spin);
+    p.template tail<3>() = carriesMomentum(body.gyroscopic) ? Vec3<S>(R * spin) : Vec3<S>(body.inertia * w);
+    return p;
 }
 
 template <class S>
-S totalKineticEnergy(const Island<S>& island) {
+bool touchesDriven(const Island<S>& island, const RowBlock<S>& block) {
+    bool driven = false;
+    for (int k = 0; k < block.bodyCount(); ++k) {
+        const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+        driven = driven || (body.fixed && !body.v.isZero(S(0)));
+    }
+    return driven;
+}
+
+// Twice the mean speed at which the row's dynamic bodies went along it.
+template <class S>
+S workedOver(const Island<S>& island, const Row<S>& row, const RowBlock<S>& block) {
     S sum = 0;
-    for (const SolverBody<S>& body : island.bodies) {
-        sum += kineticEnergy(body);
+    for (int k = 0; k < block.bodyCount(); ++k) {
+        const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+        if (!body.fixed) {
+            sum += bodyGradient(row, block, k).dot(body.vBefore + body.v);
+        }
     }
     return sum;
-}
-
-// Where the gyroscopic rule carries angular momentum, that; else what a spin that does not turn by itself makes of it.
-template <class S>
-Vec6<S> momentum(const SolverBody<S>& body) {
-    Vec6<S> p;
-    p << body.mass * body.v.template head<3>(), Vec3<S>::Zero();
-    if (carriesMomentum(body.gyroscopic)) {
-        const Quat<S>& R = body.pose.rotation;
-        p.template tail<3>() = R * (body.localInertia * (R.conjugate() * Vec3<S>(body.v.template tail<3>())));
-    } else {
-        p.template tail<3>().noalias() = body.inertia * body.v.template tail<3>();
-    }
-    return p;
 }
 
 }  // namespace
 
 template <class S>
-Ledger<S>::Ledger(const Island<S>& island) : kineticEnergy_(totalKineticEnergy(island)) {
+Ledger<S>::Ledger(const Island<S>& island) {
     momentum_.reserve(island.bodies.size());
     for (const SolverBody<S>& body : island.bodies) {
-        momentum_.push_back(momentum(body));
+        S twiceEnergy = 0;
+        momentum_.push_back(body.fixed ? Vec6<S>(Vec6<S>::Zero()) : motionOf(body, twiceEnergy));
+        kineticEnergy_ += S(0.5) * twiceEnergy;
     }
 }
 
 template <class S>
 void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
     S explained = 0;
-    S load = 0;    // N s
-    S weight = 0;  // N
+    S after = 0;          // J
+    S load = 0;           // N s
+    S weight = 0;         // N
+    bool drives = false;  // whether a fixed body moves
+    Vec3<S> defect = Vec3<S>::Zero();
     static thread_local std::vector<Vec6<S>> unexplained;
     unexplained.resize(island.bodies.size());
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
@@ -68,16 +86,21 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
             const Vec3<S> jump = body.inverseMass * (body.outside.template head<3>() - h * force);
             explained += force.dot(S(0.5) * h * jump + body.offset.template head<3>());
         }
-        if (!body.fixed) {
-            unexplained[i] = momentum(body) - momentum_[i] - body.outside;
+        if (body.fixed) {
+            drives = drives || !body.v.isZero(S(0));
+            continue;
         }
+        S twiceEnergy = 0;
+        unexplained[i] = motionOf(body, twiceEnergy) - momentum_[i] - body.outside;
+        after += S(0.5) * twiceEnergy;
+        // Together, what the rows gave cancels, but for what came from fixed bodies.
+        defect += unexplained[i].template head<3>();
     }
-    Vec3<S> fromFixed = Vec3<S>::Zero();
     for (const RowBlock<S>& block : island.blocks) {
-        bool driven = false;
+        const bool driven = drives && touchesDriven(island, block);
+        std::array<Vec6<S>, 4> given;
         for (int k = 0; k < block.bodyCount(); ++k) {
-            const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
-            driven = driven || (body.fixed && !body.v.isZero());
+            given[static_cast<std::size_t>(k)].setZero();
         }
         for (int r = 0; r < block.count; ++r) {
             const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
@@ -87,37 +110,44 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
             }
             load += std::abs(p);
             const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
+            if (row.isSoft() || motor || driven) {
+                explained += S(0.5) * p * workedOver(island, row, block);
+            }
+            if (!block.particles) {
+                given[0] += p * row.a;
+                given[1] += p * row.b;
+                continue;
+            }
             for (int k = 0; k < block.bodyCount(); ++k) {
-                const std::size_t i = static_cast<std::size_t>(block.body(k));
-                const SolverBody<S>& body = island.bodies[i];
-                const Vec6<S> g = bodyGradient(row, block, k);
-                if (body.fixed) {
-                    // What the fixed body takes, the others get from outside.
-                    fromFixed -= p * g.template head<3>();
-                    continue;
-                }
-                unexplained[i] -= p * g;
-                if (row.isSoft() || motor || driven) {
-                    explained += S(0.5) * p * g.dot(body.vBefore + body.v);
-                }
+                given[static_cast<std::size_t>(k)] += p * bodyGradient(row, block, k);
+            }
+        }
+        if (island.marksBorder && isInner(island, block)) {
+            for (int k = 0; k < block.bodyCount(); ++k) {
+                island.bodies[static_cast<std::size_t>(block.body(k))].handed += given[static_cast<std::size_t>(k)];
+            }
+        }
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            const std::size_t i = static_cast<std::size_t>(block.body(k));
+            if (island.bodies[i].fixed) {
+                // What the fixed body takes, the others get from outside.
+                defect += given[static_cast<std::size_t>(k)].template head<3>();
+            } else {
+                unexplained[i] -= given[static_cast<std::size_t>(k)];
             }
         }
     }
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
     // nothing.
-    const S after = totalKineticEnergy(island);
     const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * load;
     report.energyGained += std::max(0.0, static_cast<double>(gained));
     report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * weight);
-    Vec3<S> defect = -fromFixed;
     S squared = 0;
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         SolverBody<S>& body = island.bodies[i];
         if (body.fixed) {
             continue;
         }
-        // Together, what the rows gave cancels, but for what came from fixed bodies.
-        defect += momentum(body).template head<3>() - momentum_[i].template head<3>() - body.outside.template head<3>();
         const S own = unexplained[i].dot(body.applyInverseMass(unexplained[i]));
         body.unexplained = std::max(body.unexplained, std::sqrt(own));
         squared += own;

@@ -18,7 +18,7 @@ public:
     void close(Island<S>& island, S h, SolveReport& report) const;
 
 private:
-    S kineticEnergy_;
+    S kineticEnergy_ = 0;
     std::vector<Vec6<S>> momentum_;  // of each body, N s and N m s, world axes about its centre
 };
 

@@ -1,4 +1,4 @@
-#include <cairn/engine/checkpoint.hpp>
+#include <cairn/engine/inner_part.hpp>
 #include <cairn/engine/ledger.hpp>
 #include <cairn/engine/refine.hpp>
 
@@ -51,13 +51,15 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
     return h;
 }
 
+// `own`, if not null, gets the error of bodies with a tolerance of their own.
 template <class S>
-void attempt(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request, Solution& solution) {
-    const S piece = dt / static_cast<S>(solution.pieces);
+void attempt(Island<S>& island, Solver<S>& solver, S dt, int pieces, const SolveRequest& request, Solution& solution,
+             IslandError* own) {
+    const S piece = dt / static_cast<S>(pieces);
     const ContactReach reach{request.contactMargin, static_cast<double>(piece), request.stillDistance};
     SolveReport report;
     S h = piece;
-    for (int k = 0; k < solution.pieces; ++k) {
+    for (int k = 0; k < pieces; ++k) {
         if (k > 0) {
             island.detect(reach, solution.narrow);
         }
@@ -66,7 +68,7 @@ void attempt(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& req
     report.newtonRounds += solution.report.newtonRounds;
     report.factorisations += solution.report.factorisations;
     solution.report = report;
-    solution.error = measureIsland(island, h, dt, request.accuracy);
+    solution.error = measureIsland(island, h, dt, request.accuracy, own);
 }
 
 constexpr int calmSteps = 8;
@@ -79,6 +81,53 @@ bool isAsked(const AccuracyDef& accuracy, double bodyTolerance) {
     return accuracy.position > 0 || accuracy.velocity > 0 || bodyTolerance > 0;
 }
 
+// Contacts as the next step will find them show what those of the start did not see.
+template <class S>
+void lookAgain(Island<S>& island, S dt, const SolveRequest& request, Solution& solution, IslandError* own) {
+    island.detect({request.contactMargin, static_cast<double>(dt), request.stillDistance}, solution.narrow);
+    measurePenetration(island, request.accuracy, solution.error, own);
+}
+
+template <class S>
+void calmDown(typename Island<S>::Memory& memory, double over) {
+    memory.calmSteps = over < calmShare ? memory.calmSteps + 1 : 0;
+    if (memory.calmSteps >= calmSteps && memory.level > 0) {
+        --memory.level;
+        memory.calmSteps = 0;
+    }
+}
+
+// Solves the bodies with a tolerance of their own again, in more and more pieces, the others as they are. `own`: their
+// error, in and out. Gives whether they are within it now.
+template <class S>
+bool refineInner(Island<S>& island, const Checkpoint<S>& start, Solver<S>& solver, S dt, const SolveRequest& request,
+                 Solution& solution, IslandError& own) {
+    InnerPart<S> part(island, start, dt);
+    auto& memory = part.island().memory;
+    Solution inner;
+    for (memory.level = std::max(1, memory.level);; ++memory.level) {
+        inner.ownPieces = 1 << memory.level;
+        attempt(part.island(), solver, dt, inner.ownPieces, request, inner, nullptr);
+        lookAgain(part.island(), dt, request, inner, nullptr);
+        ++solution.attempts;
+        if (!(inner.error.over > 1) || 2 * inner.ownPieces > request.accuracy.mostPieces) {
+            break;
+        }
+        memory.calmSteps = 0;
+        part.restart();
+    }
+    solution.narrow += inner.narrow;
+    const bool reached = !(inner.error.over > 1);
+    calmDown<S>(memory, inner.error.over);
+    own = inner.error;
+    solution.ownPieces = inner.ownPieces;
+    const int rows = solution.report.rows;
+    solution.report += inner.report;
+    solution.report.rows = rows + inner.report.rows;
+    part.handBack(island);
+    return reached;
+}
+
 }  // namespace
 
 template <class S>
@@ -86,22 +135,31 @@ Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequ
     Solution solution;
     auto& memory = island.memory;
     double bodyTolerance = 0;
+    bool others = false;
     for (const SolverBody<S>& body : island.bodies) {
         bodyTolerance = std::max(bodyTolerance, body.tolerance);
+        others = others || (!body.fixed && body.tolerance == 0);
     }
     if (!isAsked(request.accuracy, bodyTolerance)) {
         solution.pieces = memory.position < goodEnough ? 1 : request.pieces;
-        attempt(island, solver, dt, request, solution);
+        attempt(island, solver, dt, solution.pieces, request, solution, nullptr);
         memory.position = solution.error.position;
         return solution;
     }
     const Checkpoint<S> start(island);
     solution.pieces = 1 << memory.level;
+    IslandError own;
+    island.marksBorder = bodyTolerance > 0 && others;
+    IslandError* const apart = island.marksBorder ? &own : nullptr;
     for (;;) {
-        attempt(island, solver, dt, request, solution);
-        island.detect({request.contactMargin, static_cast<double>(dt), request.stillDistance}, solution.narrow);
-        measurePenetration(island, request.accuracy, solution.error);
-        if (!(solution.error.over > 1) || 2 * solution.pieces > request.accuracy.mostPieces) {
+        own = {};
+        attempt(island, solver, dt, solution.pieces, request, solution, apart);
+        lookAgain(island, dt, request, solution, apart);
+        bool reached = !(solution.error.over > 1);
+        if (reached && own.over > 1) {
+            reached = refineInner(island, start, solver, dt, request, solution, own);
+        }
+        if (reached || 2 * solution.pieces > request.accuracy.mostPieces) {
             break;
         }
         start.restore(island);
@@ -110,11 +168,8 @@ Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequ
         ++memory.level;
         memory.calmSteps = 0;
     }
-    memory.calmSteps = solution.error.over < calmShare ? memory.calmSteps + 1 : 0;
-    if (memory.calmSteps >= calmSteps && memory.level > 0) {
-        --memory.level;
-        memory.calmSteps = 0;
-    }
+    calmDown<S>(memory, solution.error.over);
+    solution.error += own;
     return solution;
 }
 

@@ -28,6 +28,7 @@ struct IslandReport {
     int bodies = 0;
     int rows = 0;
     int pieces = 1;                 // that the step was cut into
+    int ownPieces = 0;              // of bodies with a tolerance of their own, where the step was cut for them alone
     int attempts = 1;               // solutions tried, until one was within what AccuracyDef asks
     bool swept = false;             // whether sweeps had a part in it
     double position = 0;            // m, as StepError's
@@ -50,6 +51,7 @@ struct StepCounts {
     int sweptIslands = 0;      // islands whose answer is Gauss-Seidel's
     int newtonRounds = 0;      // summed over islands
     int factorisations = 0;    // of H
+    double work = 0;           // visits of rows in solvers; a multiply-add of 6x6 blocks counts as nine
     int unconverged = 0;       // islands left above tolerance, or sinking
     int energetic = 0;         // islands that gained energy from nothing
     int attempts = 0;          // solutions of islands; more than `islands` where AccuracyDef asked for better ones

@@ -105,6 +105,33 @@ S rowDot(const Row<S>& row, const RowBlock<S>& block, const Twists& twist) {
     return sum;
 }
 
+// What a unit impulse of a row does: M^-1 J^T, laid out as J is, and J M^-1 J^T (1/kg or 1/(kg m2)).
+template <class S>
+struct RowResponse {
+    Vec6<S> a;
+    Vec6<S> b;
+    S mobility;
+};
+
+// Adds what an impulse does to the twists v of all bodies of the island.
+template <class S>
+void respond(const RowResponse<S>& response, const RowBlock<S>& block, S impulse, std::vector<Vec6<S>>& v) {
+    const auto twist = [&](int i) -> Vec6<S>& { return v[static_cast<std::size_t>(i)]; };
+    if (!block.particles) {
+        twist(block.a) += response.a * impulse;
+        twist(block.b) += response.b * impulse;
+        return;
+    }
+    twist(block.a).template head<3>() += response.a.template head<3>() * impulse;
+    twist(block.b).template head<3>() += response.a.template tail<3>() * impulse;
+    if (block.c >= 0) {
+        twist(block.c).template head<3>() += response.b.template head<3>() * impulse;
+    }
+    if (block.d >= 0) {
+        twist(block.d).template head<3>() += response.b.template tail<3>() * impulse;
+    }
+}
+
 // Collects the rows of a constraint while it is linearised.
 template <class S>
 class RowWriter {
@@ -116,8 +143,10 @@ public:
     // the gap.
     Row<S>& point(const Vec3<S>& n, const Vec3<S>& armA, const Vec3<S>& armB, S C) {
         Row<S>& row = push();
-        row.a << -n, -armA.cross(n);
-        row.b << n, armB.cross(n);
+        row.a.template head<3>() = -n;
+        row.a.template tail<3>() = n.cross(armA);
+        row.b.template head<3>() = n;
+        row.b.template tail<3>() = armB.cross(n);
         row.C = C;
         return row;
     }

@@ -1,3 +1,4 @@
+#include <cairn/engine/inner_part.hpp>
 #include <cairn/engine/solvers/row_terms.hpp>
 #include <cairn/engine/step_error.hpp>
 
@@ -16,24 +17,26 @@ public:
     Measure(Island<S>& island, S h, S dt, const AccuracyDef& accuracy)
         : island_(island), h_(h), dt_(dt), accuracy_(accuracy) {}
 
-    IslandError run() {
+    void run(IslandError& error, IslandError* inner) {
+        error_ = &error;
         island_.jointErrors(C_);
         for (std::size_t k = 0; k < static_cast<std::size_t>(island_.jointBlocks); ++k) {
+            error_ = inner != nullptr && isInner(island_, island_.blocks[k]) ? inner : &error;
             joint(island_.blocks[k]);
         }
         std::size_t next = static_cast<std::size_t>(island_.jointBlocks);
         for (const auto& link : island_.patches) {
-            const Pose<S>& a = island_.bodies[static_cast<std::size_t>(link.a)].pose;
-            const Pose<S>& b = island_.bodies[static_cast<std::size_t>(link.b)].pose;
+            const Placement<S> a(island_.bodies[static_cast<std::size_t>(link.a)].pose);
+            const Placement<S> b(island_.bodies[static_cast<std::size_t>(link.b)].pose);
             for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
                 ContactPointState<S>& point = link.patch->points[k];
                 const S before = std::min(S(0), point.separation);
                 point.separation = point.geometry.separation(a, b);
-                error_.sunk = std::max(error_.sunk, static_cast<double>(before - point.separation));
+                error_ = inner != nullptr && isInner(island_, island_.blocks[next]) ? inner : &error;
+                error_->sunk = std::max(error_->sunk, static_cast<double>(before - point.separation));
                 point.error = contact(island_.blocks[next++], point.separation);
             }
         }
-        return error_;
     }
 
 private:
@@ -47,13 +50,13 @@ private:
         return least;
     }
     void count(const RowBlock<S>& block, S position, S velocity) {
-        error_.position = std::max(error_.position, static_cast<double>(position));
-        error_.velocity = std::max(error_.velocity, static_cast<double>(velocity));
+        error_->position = std::max(error_->position, static_cast<double>(position));
+        error_->velocity = std::max(error_->velocity, static_cast<double>(velocity));
         if (const double asked = tolerance(block); asked > 0) {
-            error_.over = std::max(error_.over, static_cast<double>(position) / asked);
+            error_->over = std::max(error_->over, static_cast<double>(position) / asked);
         }
         if (accuracy_.velocity > 0) {
-            error_.over = std::max(error_.over, static_cast<double>(velocity) / accuracy_.velocity);
+            error_->over = std::max(error_->over, static_cast<double>(velocity) / accuracy_.velocity);
         }
     }
     // The arm, m, at which an angular row's error shows: the bodies' radius of gyration about its axis.
@@ -80,7 +83,7 @@ private:
             Row<S> row = island_.rows[i];
             const S before = row.C;
             row.C = C_[i];
-            const S mobility = island_.mobility(row, block);
+            const S mobility = island_.responses[i].mobility;
             if (!(mobility > S(0))) {
                 continue;
             }
@@ -89,7 +92,7 @@ private:
                 const S step = island_.rowVelocity(row, block) - row.velocity;
                 const S grip = mobility * h_;
                 const S miss = naturalMap<S>(grip * row.lambda, step, grip * row.lo, grip * row.hi);
-                error_.constraint += static_cast<double>(miss * miss / mobility);
+                error_->constraint += static_cast<double>(miss * miss / mobility);
                 velocity = std::max(velocity, lever * std::abs(miss));
                 continue;
             }
@@ -97,10 +100,10 @@ private:
             const S give =
                 row.isSoft() ? row.compliance * (row.lambda + row.damping * island_.rowVelocity(row, block)) : S(0);
             const S miss = naturalMap<S>(grip * row.lambda, row.C + give, grip * row.lo, grip * row.hi);
-            error_.constraint += static_cast<double>(miss * miss / grip);
+            error_->constraint += static_cast<double>(miss * miss / grip);
             const S violation = row.violation();
             if (row.isAngular) {
-                error_.maxJointAngle = std::max(error_.maxJointAngle, static_cast<double>(violation));
+                error_->maxJointAngle = std::max(error_->maxJointAngle, static_cast<double>(violation));
             } else {
                 gap += violation * violation;
             }
@@ -109,50 +112,51 @@ private:
                 drift += square(lever * (miss - onTheWay(before, miss, row.lo == S(0))));
             }
         }
-        error_.maxJointGap = std::max(error_.maxJointGap, static_cast<double>(std::sqrt(gap)));
+        error_->maxJointGap = std::max(error_->maxJointGap, static_cast<double>(std::sqrt(gap)));
         count(block, std::max(std::sqrt(squared), dt_ * velocity), std::max(std::sqrt(drift) / h_, velocity));
     }
 
     S contact(const RowBlock<S>& block, S separation) {
         const Row<S>* row = &island_.rows[static_cast<std::size_t>(block.first)];
         const double depth = std::max(0.0, -static_cast<double>(separation));
-        error_.maxPenetration = std::max(error_.maxPenetration, depth);
+        error_->maxPenetration = std::max(error_->maxPenetration, depth);
         if (separation <= S(0) || row[0].lambda > S(0)) {
-            error_.penetrationSum += depth;
-            ++error_.touching;
+            error_->penetrationSum += depth;
+            ++error_->touching;
         }
         if (separation >= S(0) && row[0].lambda == S(0)) {
             return S(0);
         }
-        const S mobility = island_.mobility(row[0], block);
+        const RowResponse<S>* response = &island_.responses[static_cast<std::size_t>(block.first)];
+        const S mobility = response[0].mobility;
         const S miss = std::min(separation, mobility * h_ * h_ * row[0].lambda);
-        error_.constraint += static_cast<double>(miss * miss / (mobility * h_ * h_));
+        error_->constraint += static_cast<double>(miss * miss / (mobility * h_ * h_));
         S slip = 0;
         S u[2] = {0, 0};
         const S mu = block.count == 3 ? frictionCoefficient(island_, block) : S(0);
         if (block.count == 3) {
-            const S force = std::hypot(row[1].lambda, row[2].lambda);
-            error_.cone = std::max(error_.cone, static_cast<double>(force - mu * row[0].lambda));
-            const S across = S(0.5) * (island_.mobility(row[1], block) + island_.mobility(row[2], block));
+            const S force = planeLength(row[1].lambda, row[2].lambda);
+            error_->cone = std::max(error_->cone, static_cast<double>(force - mu * row[0].lambda));
+            const S across = S(0.5) * (response[1].mobility + response[2].mobility);
             S wanted[2];
             for (int t = 0; t < 2; ++t) {
                 u[t] = island_.rowVelocity(row[1 + t], block);
                 wanted[t] = across * h_ * row[1 + t].lambda - u[t];
             }
             const S most = across * h_ * mu * row[0].lambda;
-            const S length = std::hypot(wanted[0], wanted[1]);
+            const S length = planeLength(wanted[0], wanted[1]);
             const S scale = length > most ? most / length : S(1);
             for (int t = 0; t < 2; ++t) {
                 slip += square(across * h_ * row[1 + t].lambda - scale * wanted[t]);
             }
-            error_.constraint += static_cast<double>(slip / across);
+            error_->constraint += static_cast<double>(slip / across);
             slip = std::sqrt(slip);
         }
         const S drift = std::abs(miss - onTheWay(row[0].C, miss, true));
         const S position = std::max(std::abs(miss), dt_ * slip);
         count(block, position, std::max(drift / h_, slip));
         if (accuracy_.coulomb) {
-            error_.coulomb += coulomb(row, block, separation, mobility, mu, u);
+            error_->coulomb += coulomb(row, block, separation, mobility, mu, u);
         }
         return position;
     }
@@ -160,11 +164,11 @@ private:
     // |r - P_K(r - (u_n + mu |u_t|, u_t) / A)|^2 A, J, K the cone |r_t| <= mu r_n (De Saxce; facts/solvers 2.1). u_n is
     // the speed of the gap that the sub-step leaves, what was deep before it aside.
     double coulomb(const Row<S>* row, const RowBlock<S>& block, S separation, S mobility, S mu, const S* u) const {
-        const S un = (separation - std::min(row[0].C, S(0))) / h_ + mu * std::hypot(u[0], u[1]);
+        const S un = (separation - std::min(row[0].C, S(0))) / h_ + mu * planeLength(u[0], u[1]);
         const S r[3] = {h_ * row[0].lambda, block.count == 3 ? h_ * row[1].lambda : S(0),
                         block.count == 3 ? h_ * row[2].lambda : S(0)};
         S to[3] = {r[0] - un / mobility, r[1] - u[0] / mobility, r[2] - u[1] / mobility};
-        const S across = std::hypot(to[1], to[2]);
+        const S across = planeLength(to[1], to[2]);
         if (across > mu * to[0]) {
             const S along = std::max(S(0), (to[0] + mu * across) / (S(1) + mu * mu));
             for (int t = 1; t < 3; ++t) {
@@ -181,10 +185,26 @@ private:
     S dt_;
     const AccuracyDef& accuracy_;
     std::vector<S> C_;
-    IslandError error_;
+    IslandError* error_ = nullptr;  // where the present block counts
 };
 
 }  // namespace
+
+IslandError& IslandError::operator+=(const IslandError& o) {
+    maxPenetration = std::max(maxPenetration, o.maxPenetration);
+    penetrationSum += o.penetrationSum;
+    touching += o.touching;
+    sunk = std::max(sunk, o.sunk);
+    maxJointGap = std::max(maxJointGap, o.maxJointGap);
+    maxJointAngle = std::max(maxJointAngle, o.maxJointAngle);
+    position = std::max(position, o.position);
+    velocity = std::max(velocity, o.velocity);
+    constraint += o.constraint;
+    cone = std::max(cone, o.cone);
+    coulomb += o.coulomb;
+    over = std::max(over, o.over);
+    return *this;
+}
 
 template <class S>
 JointError jointError(const std::vector<Row<S>>& rows) {
@@ -203,31 +223,40 @@ JointError jointError(const std::vector<Row<S>>& rows) {
 }
 
 template <class S>
-IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy) {
-    return Measure<S>(island, h, dt, accuracy).run();
+IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy, IslandError* inner) {
+    IslandError error;
+    Measure<S>(island, h, dt, accuracy).run(error, inner);
+    return error;
 }
 
 template <class S>
-void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, IslandError& error) {
-    error.penetrationSum = 0;
-    error.touching = 0;
+void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, IslandError& error, IslandError* inner) {
+    for (IslandError* part : {&error, inner}) {
+        if (part != nullptr) {
+            part->penetrationSum = 0;
+            part->touching = 0;
+        }
+    }
     for (const auto& link : island.patches) {
         double asked = accuracy.position;
+        bool own = false;
         for (const int body : {link.a, link.b}) {
-            const double own = island.bodies[static_cast<std::size_t>(body)].tolerance;
-            asked = own > 0 && (asked == 0 || own < asked) ? own : asked;
+            const double tolerance = island.bodies[static_cast<std::size_t>(body)].tolerance;
+            own = own || tolerance > 0;
+            asked = tolerance > 0 && (asked == 0 || tolerance < asked) ? tolerance : asked;
         }
+        IslandError& part = own && inner != nullptr ? *inner : error;
         for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
             const ContactPointState<S>& point = link.patch->points[k];
             const double depth = std::max(0.0, -static_cast<double>(point.separation));
-            error.maxPenetration = std::max(error.maxPenetration, depth);
-            error.position = std::max(error.position, depth);
+            part.maxPenetration = std::max(part.maxPenetration, depth);
+            part.position = std::max(part.position, depth);
             if (asked > 0) {
-                error.over = std::max(error.over, depth / asked);
+                part.over = std::max(part.over, depth / asked);
             }
             if (depth > 0 || point.normalForce > S(0)) {
-                error.penetrationSum += depth;
-                ++error.touching;
+                part.penetrationSum += depth;
+                ++part.touching;
             }
         }
     }
@@ -235,9 +264,9 @@ void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, Is
 
 template JointError jointError(const std::vector<Row<float>>&);
 template JointError jointError(const std::vector<Row<double>>&);
-template IslandError measureIsland(Island<float>&, float, float, const AccuracyDef&);
-template IslandError measureIsland(Island<double>&, double, double, const AccuracyDef&);
-template void measurePenetration(const Island<float>&, const AccuracyDef&, IslandError&);
-template void measurePenetration(const Island<double>&, const AccuracyDef&, IslandError&);
+template IslandError measureIsland(Island<float>&, float, float, const AccuracyDef&, IslandError*);
+template IslandError measureIsland(Island<double>&, double, double, const AccuracyDef&, IslandError*);
+template void measurePenetration(const Island<float>&, const AccuracyDef&, IslandError&, IslandError*);
+template void measurePenetration(const Island<double>&, const AccuracyDef&, IslandError&, IslandError*);
 
 }  // namespace cairn

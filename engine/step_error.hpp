@@ -18,6 +18,8 @@ struct IslandError {
     double cone = 0;           // N
     double coulomb = 0;        // J, of Coulomb's natural map, where asked for
     double over = 0;           // worst error over what was asked for; 0 where nothing was
+
+    IslandError& operator+=(const IslandError& o);
 };
 
 // Linear violation (m) of a joint's rows and the worst angular one (rad).
@@ -29,12 +31,14 @@ template <class S>
 JointError jointError(const std::vector<Row<S>>& rows);
 
 // Measures the island at its present poses, with the rows, twists and forces of its last sub-step, of length h (s), in
-// a step of dt (s). Contact points are told their separation.
+// a step of dt (s). Contact points are told their separation. `inner`: gets what rows of bodies with a tolerance of
+// their own show, which then is no part of the answer.
 template <class S>
-IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy);
+IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy, IslandError* inner = nullptr);
 
 // Adds what contacts found anew at the present poses show: penetration that the points of the step did not see.
 template <class S>
-void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, IslandError& error);
+void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, IslandError& error,
+                        IslandError* inner = nullptr);
 
 }  // namespace cairn

@@ -206,6 +206,7 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution, T
     counts.sweptIslands += s.sweptSolves > 0 ? 1 : 0;
     counts.newtonRounds += s.newtonRounds;
     counts.factorisations += s.factorisations;
+    counts.work += s.work;
     // Sweeps that are too few for the masses let bodies into each other, step after step, and say nothing.
     constexpr double mostSunk = 0.002;  // m a step
     constexpr double shareGained = 0.01;
@@ -236,6 +237,7 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution, T
     one.lowest = bodies.idAt(island.bodies.front().index);
     one.rows = s.rows;
     one.pieces = solution.pieces;
+    one.ownPieces = solution.ownPieces;
     one.attempts = solution.attempts;
     one.swept = s.sweptSolves > 0;
     one.position = e.position;

@@ -79,6 +79,7 @@ struct Step {
         for (const ContactView& view : running.world.contacts()) {
             addContact(view, placeOf.at(view.a.index), placeOf.at(view.b.index), scene);
         }
+        island.respond();
         fillProblem(scene.dt);
     }
 

@@ -24,39 +24,56 @@ struct ContactGeometry {
     Vec3<S> startRoundB = Vec3<S>::Zero();
     Quat<S> startCarrier = Quat<S>::Identity();
 
+    enum class Carrier : std::uint8_t { A, B, None };
+    Carrier carrier = Carrier::A;  // of the normal, as startStep() found it
+
     // What rolls does not carry the normal, or it would turn it into the other body.
     bool carriedByB() const {
         return (particleA && !particleB) || (!particleB && !roundA.isZero(S(0)) && roundB.isZero(S(0)));
     }
     bool carriedByNone() const { return !roundA.isZero(S(0)) && !roundB.isZero(S(0)); }
-    const Quat<S>& carrier(const Pose<S>& a, const Pose<S>& b) const {
-        return carriedByNone() ? startCarrier : (carriedByB() ? b : a).rotation;
+    // x of the carrier's frame in the world. Here and below P is Pose or Placement.
+    template <class P>
+    Vec3<S> carried(const Vec3<S>& x, const P& a, const P& b) const {
+        return carrier == Carrier::None ? Vec3<S>(startCarrier * x)
+                                        : Vec3<S>((carrier == Carrier::B ? b : a).rotation * x);
     }
-    Vec3<S> direction(const Pose<S>& a, const Pose<S>& b) const { return carrier(a, b) * normal; }
+    template <class P>
+    Vec3<S> direction(const P& a, const P& b) const {
+        return carried(normal, a, b);
+    }
 
     void startStep(const Pose<S>& a, const Pose<S>& b) {
-        startRoundA = a.rotation * roundA;
-        startRoundB = b.rotation * roundB;
+        carrier = carriedByNone() ? Carrier::None : carriedByB() ? Carrier::B : Carrier::A;
+        startRoundA = roundA.isZero(S(0)) ? roundA : Vec3<S>(a.rotation * roundA);
+        startRoundB = roundB.isZero(S(0)) ? roundB : Vec3<S>(b.rotation * roundB);
         startCarrier = (carriedByB() ? b : a).rotation;
     }
-    Vec3<S> armOnA(const Pose<S>& a) const { return a.rotation * (onA - roundA) + startRoundA; }
-    Vec3<S> armOnB(const Pose<S>& b) const { return b.rotation * (onB - roundB) + startRoundB; }
-    S separation(const Pose<S>& a, const Pose<S>& b) const {
+    template <class P>
+    Vec3<S> armOnA(const P& a) const {
+        return a.rotation * Vec3<S>(onA - roundA) + startRoundA;
+    }
+    template <class P>
+    Vec3<S> armOnB(const P& b) const {
+        return b.rotation * Vec3<S>(onB - roundB) + startRoundB;
+    }
+    template <class P>
+    S separation(const P& a, const P& b) const {
         return direction(a, b).dot((b.position - a.position) + armOnB(b) - armOnA(a));
     }
 };
 
-template <class S>
-void linearizeContact(const ContactGeometry<S>& contact, const Pose<S>& a, const Pose<S>& b, bool withFriction,
+template <class S, class P>
+void linearizeContact(const ContactGeometry<S>& contact, const P& a, const P& b, bool withFriction,
                       RowWriter<S>& rows) {
     const Vec3<S> n = contact.direction(a, b);
     const Vec3<S> apart = b.position - a.position;
     const Vec3<S> onA = contact.armOnA(a);
     const Vec3<S> onB = contact.armOnB(b);
-    const Vec3<S> armB = contact.particleB      ? Vec3<S>(Vec3<S>::Zero())
-                         : contact.particleA    ? Vec3<S>(-apart)
-                         : contact.carriedByB() ? Vec3<S>(onA - apart)
-                                                : onB;
+    const Vec3<S> armB = contact.particleB                                   ? Vec3<S>(Vec3<S>::Zero())
+                         : contact.particleA                                 ? Vec3<S>(-apart)
+                         : contact.carrier == ContactGeometry<S>::Carrier::B ? Vec3<S>(onA - apart)
+                                                                             : onB;
     const Vec3<S> armA = apart + armB;
     Row<S>& normal = rows.point(n, armA, armB, n.dot(apart + onB - onA));
     normal.lo = S(0);
@@ -66,8 +83,8 @@ void linearizeContact(const ContactGeometry<S>& contact, const Pose<S>& a, const
         // In the carrier's frame, where the normal stays while the body turns: across a normal that is asked anew the
         // tangents must not jump, or the friction that is already there pulls sideways.
         completeBasis(contact.normal, t1, t2);
-        t1 = contact.carrier(a, b) * t1;
-        t2 = contact.carrier(a, b) * t2;
+        t1 = contact.carried(t1, a, b);
+        t2 = contact.carried(t2, a, b);
         rows.point(t1, armA, armB, S(0)).isVelocity = true;
         rows.point(t2, armA, armB, S(0)).isVelocity = true;
     }

@@ -39,7 +39,7 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
     auto& memory = island.memory;
     const double bound = settings_.def.directWork > 0 ? settings_.def.directWork : defaultDirectWork;
     const auto cost = direct_->predictCost(island);
-    const double sweepWork = sweptRow * static_cast<double>(island.rows.size());
+    const double sweepWork = sweptRow * cost.rows;
     island.churns = cost.step > cost.factor;
     island.sweeps = memory.sweepSteps > 0 || cost.step > std::max(bound, sweepWork);
     island.roundCap = std::max(island.churns ? fewestRounds : fewestRoundsAtRest,

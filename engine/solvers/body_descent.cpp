@@ -100,7 +100,7 @@ void BodyDescent<S>::respondBlock(std::size_t k, const S* errors) {
     });
     if (block.kind == BlockKind::Contact && block.count == 3) {
         const std::size_t i = static_cast<std::size_t>(block.first);
-        const S length = std::hypot(problem_.p[i + 1], problem_.p[i + 2]);
+        const S length = planeLength(problem_.p[i + 1], problem_.p[i + 2]);
         const S most = problem_.friction[k] * problem_.p[i];
         if (length > most) {
             const S share = most / length;
@@ -136,6 +136,7 @@ void BodyDescent<S>::solveBody(std::size_t i) {
             local_.push_back({bodyGradient(island_.rows[r], block, place), moved_.error(r, block)});
         });
     }
+    problem_.visits += local_.size();
     Vec6<S> change = Vec6<S>::Zero();
     const Vec6<S> start = problem_.v[i] - vStar_[i];
     for (int look = 0; look < looks; ++look) {

@@ -135,6 +135,7 @@ private:
                 cluster.part.blocks.push_back(block);
                 for (std::size_t i = first; i < first + static_cast<std::size_t>(block.count); ++i) {
                     cluster.part.rows.push_back(island.rows[i]);
+                    cluster.part.responses.push_back(island.responses[i]);
                 }
             }
             cluster.newton.prepare(cluster.part);
@@ -162,7 +163,7 @@ private:
                     own.terms[i].lo = own.terms[i].hi = S(0);
                 }
                 own.p[i] = problem.p[from + r];
-                own.push(cluster.part, cluster.part.rows[i], block, -own.p[i]);
+                own.push(cluster.part, i, block, -own.p[i]);
             }
         }
         cluster.newton.vStar = own.v;
@@ -181,7 +182,9 @@ private:
             cluster.newton.polish(cluster.part, 4);
         }
         problem.visits += own.visits;
+        problem.blockProducts += own.blockProducts;
         own.visits = 0;
+        own.blockProducts = 0;
         for (std::size_t n = 0; n < cluster.bodies.size(); ++n) {
             problem.v[cluster.bodies[n]] = own.v[n];
         }

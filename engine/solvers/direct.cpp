@@ -32,7 +32,10 @@ constexpr double touchBand = std::is_same_v<S, double> ? 1e-6 : 1e-5;
 // body.
 struct DirectMemory {
     ContactNewton<double> newton;
-    Island<double> wide;  // bodies and rows of a float island, in double
+    Island<double> wide;      // bodies and rows of a float island, in double
+    std::uint64_t graph = 0;  // for which cost was predicted
+    double factorWork = 0;
+    double rows = 0;
 };
 
 template <class S>
@@ -114,6 +117,7 @@ const Island<double>& widen(const Island<float>& island, DirectMemory& memory) {
         wide.blocks.push_back(widenBlock(block));
     }
     wide.jointBlocks = island.jointBlocks;
+    wide.respond();
     return wide;
 }
 
@@ -218,7 +222,7 @@ void fillProblem(const Island<double>& island, ContactNewton<double>& newton, co
             const Row<double>& row = island.rows[i];
             bool hard = false;
             RowTerms<double>& t = problem.terms[i];
-            t = rowTerms(row, island.mobility(row, block), h, hard);
+            t = rowTerms(row, island.responses[i].mobility, h, hard);
             if (hard) {
                 const double C = block.kind == BlockKind::Contact ? row.C - std::clamp(row.C, -band, band) : row.C;
                 const bool open = row.lo == 0.0 && C > 0.0;
@@ -229,7 +233,7 @@ void fillProblem(const Island<double>& island, ContactNewton<double>& newton, co
         if (block.kind == BlockKind::Contact && block.count == 3) {
             // The share of last step's friction that today's coefficient still carries.
             double* p = &problem.p[static_cast<std::size_t>(block.first)];
-            const double length = std::hypot(p[1], p[2]);
+            const double length = planeLength(p[1], p[2]);
             const double most = problem.friction[k] * p[0];
             if (length > most) {
                 p[1] *= most / length;
@@ -240,6 +244,28 @@ void fillProblem(const Island<double>& island, ContactNewton<double>& newton, co
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         newton.vStar[i] = island.bodies[i].v;
     }
+}
+
+// A number that changes when who touches whom changes (FNV-1a).
+template <class S>
+std::uint64_t graphOf(const Island<S>& island) {
+    std::uint64_t hash = 14695981039346656037U;
+    const auto add = [&](auto... numbers) {
+        ((hash = (hash ^ static_cast<std::uint32_t>(numbers)) * 1099511628211U), ...);
+    };
+    for (const SolverBody<S>& body : island.bodies) {
+        add(body.fixed ? 1 : 0);
+    }
+    for (const auto& link : island.joints) {
+        add(link.a, link.b, link.c, link.d);
+    }
+    for (const auto& link : island.locks) {
+        add(link.b);
+    }
+    for (const auto& link : island.patches) {
+        add(link.a, link.b, link.patch->manifold.count);
+    }
+    return hash;
 }
 
 // The largest violation of a hard row at the present poses, m or rad.
@@ -277,7 +303,7 @@ void fillProjection(const Island<double>& island, ContactNewton<double>& newton,
                 continue;
             }
             const bool equality = row.lo < 0.0 && row.hi > 0.0;
-            t.mobility = island.mobility(row, block);
+            t.mobility = island.responses[i].mobility;
             t.lo = row.lo;
             t.hi = row.hi;
             t.bias = equality ? std::clamp(row.C / h, -pushOut, pushOut) : std::max(row.C / h, -pushOut);
@@ -288,9 +314,14 @@ void fillProjection(const Island<double>& island, ContactNewton<double>& newton,
     }
 }
 
-void takeReport(const NewtonReport& newton, SolveReport& report) {
-    report.newtonRounds += newton.rounds;
-    report.factorisations += newton.factorisations;
+NewtonReport solve(ContactNewton<double>& newton, const Island<double>& island, const NewtonOptions& options,
+                   SolveReport& report) {
+    const double before = newton.problem.work();
+    const NewtonReport solved = newton.solve(island, options);
+    report.newtonRounds += solved.rounds;
+    report.factorisations += solved.factorisations;
+    report.work += newton.problem.work() - before;
+    return solved;
 }
 
 }  // namespace
@@ -302,11 +333,15 @@ int Direct<S>::substeps(Island<S>&, S) const {
 
 template <class S>
 typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
-    island.linearize();
     DirectMemory& memory = memoryOf(island);
-    ContactNewton<double>& newton = memory.newton;
-    newton.prepare(widen(island, memory), settings_.def.linearSolver);
-    return {newton.work(), newton.work() * (churns(island) ? 30 : 1)};
+    if (const std::uint64_t graph = graphOf(island); graph != memory.graph) {
+        memory.graph = graph;
+        island.linearize();
+        memory.newton.prepare(widen(island, memory), settings_.def.linearSolver);
+        memory.factorWork = memory.newton.work();
+        memory.rows = static_cast<double>(island.rows.size());
+    }
+    return {memory.factorWork, memory.factorWork * (churns(island) ? 30 : 1), memory.rows};
 }
 
 template <class S>
@@ -325,8 +360,7 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     newton.prepare(wide, settings_.def.linearSolver);
     fillProblem(wide, newton, settings_, touchBand<S>, hWide);
     const NewtonOptions options = optionsFor(island, settings_, newton.work());
-    NewtonReport solved = newton.solve(wide, options);
-    takeReport(solved, report);
+    NewtonReport solved = solve(newton, wide, options, report);
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
     const bool quiet = !churns(island);
     const bool shortEnough =
@@ -392,8 +426,7 @@ bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S
         if (worst <= tolerance) {
             return true;
         }
-        const NewtonReport again = newton.solve(wide, onwards);
-        takeReport(again, report);
+        const NewtonReport again = solve(newton, wide, onwards, report);
         if (!again.converged) {
             break;
         }
@@ -411,7 +444,9 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
     options.tolerance = 0.1 * smallError / static_cast<double>(h);
     options.stalled = 10 * options.tolerance;
     S before = infinity<S>();
-    std::vector<Row<S>> rows;  // of the sub-step itself, which its reports go by
+    // Of the sub-step itself, which its reports go by.
+    std::vector<Row<S>> rows;
+    std::vector<RowResponse<S>> responses;
     for (int pass = 0; pass < projectionPasses; ++pass) {
         const S worst = worstError(island);
         // Rows that contradict each other do not get better.
@@ -421,13 +456,14 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
         before = worst;
         if (rows.empty()) {
             rows = island.rows;
+            responses = island.responses;
         }
         island.linearize();
         const Island<double>& wide = widen(island, memory);
         newton.prepare(wide, settings_.def.linearSolver);
         newton.forget();
         fillProjection(wide, newton, settings_.maxPushOutSpeed, static_cast<double>(h));
-        takeReport(newton.solve(wide, options), report);
+        solve(newton, wide, options, report);
         const std::vector<SolverBody<S>> unmoved = island.bodies;
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
             SolverBody<S>& body = island.bodies[i];
@@ -444,6 +480,7 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
     }
     if (!rows.empty()) {
         island.rows = std::move(rows);
+        island.responses = std::move(responses);
     }
 }
 

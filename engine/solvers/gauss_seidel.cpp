@@ -43,7 +43,7 @@ S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vecto
                 const bool free = t.mobility > S(0) && problem.p[i] > t.lo && problem.p[i] < t.hi;
                 mode[i] = free ? mode[i] : S(0);
                 before += (t.mobility + t.softness) * mode[i] * mode[i];
-                product.push(island, island.rows[i], block, mode[i]);
+                product.push(island, i, block, mode[i]);
             }
         }
         // mode <- mode - D^-1 A mode, in the norm of D, in which the iteration is symmetric.

@@ -18,7 +18,8 @@ Vec3<S> geometricStiffness(const Vec3<S>& force, const Vec3<S>& arm) {
     return K.cwiseAbs().colwise().sum().transpose();
 }
 
-// Adds to the inertia of every body that joints hold by a force, from the forces of the last solve.
+// Adds to the inertia of every body that joints hold by a force, from the forces of the last solve, and takes the
+// responses of the rows anew.
 template <class S>
 void addGeometricStiffness(Island<S>& island, S h) {
     for (SolverBody<S>& body : island.bodies) {
@@ -43,6 +44,7 @@ void addGeometricStiffness(Island<S>& island, S h) {
             }
         }
     }
+    island.respond();
 }
 
 }  // namespace cairn

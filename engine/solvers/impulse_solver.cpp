@@ -2,6 +2,8 @@
 #include <cairn/engine/solvers/geometric_stiffness.hpp>
 #include <cairn/engine/solvers/impulse_solver.hpp>
 
+#include <algorithm>
+
 namespace cairn {
 namespace {
 
@@ -20,7 +22,10 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
         addGeometricStiffness(island, h);
     }
 
-    RowProblem<S> problem;
+    static thread_local RowProblem<S> problem;
+    problem.v.clear();
+    problem.visits = 0;
+    problem.blockProducts = 0;
     for (const SolverBody<S>& body : island.bodies) {
         problem.v.push_back(body.v);
     }
@@ -34,7 +39,8 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
     const S grip = phase * stiff;
     const S biasRate = phase / stiff / h;
     const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
-    std::vector<std::uint8_t> hardRow(rowCount);
+    static thread_local std::vector<std::uint8_t> hardRow;
+    hardRow.assign(rowCount, 0);
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
         problem.friction[k] = frictionCoefficient(island, block);
@@ -43,7 +49,7 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
             const Row<S>& row = island.rows[i];
             bool hard = false;
             RowTerms<S>& t = problem.terms[i];
-            t = rowTerms(row, island.mobility(row, block), h, hard);
+            t = rowTerms(row, island.responses[i].mobility, h, hard);
             hardRow[i] = hard;
             if (hard && row.lo == S(0) && row.C > S(0)) {
                 t.bias = row.C / h;
@@ -63,7 +69,8 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
             island.bodies[i].v = problem.v[i];
         }
     };
-    std::vector<S> speed(rowCount, S(0));
+    static thread_local std::vector<S> speed;
+    speed.assign(rowCount, S(0));
     for (const RowBlock<S>& block : island.blocks) {
         for (std::size_t i = static_cast<std::size_t>(block.first);
              i < static_cast<std::size_t>(block.first + block.count); ++i) {
@@ -74,6 +81,9 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
     island.integrate(h);
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(island, h);
+    } else if (std::any_of(island.bodies.begin(), island.bodies.end(),
+                           [](const auto& body) { return body.gyroscopic != GyroscopicRule::None; })) {
+        island.respond();
     }
     for (std::size_t i = 0; i < problem.v.size(); ++i) {
         problem.v[i] = island.bodies[i].v;
@@ -100,6 +110,7 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
     SolveReport report;
     report.sweptSolves = 1;
     report.rows = static_cast<int>(rowCount);
+    report.work = problem.work();
     return report;
 }
 

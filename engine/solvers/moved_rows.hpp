@@ -38,7 +38,7 @@ public:
             forRows(block, [&](std::size_t i) {
                 const Row<S>& row = island.rows[i];
                 bool hard = false;
-                problem.terms[i] = rowTerms(row, island.mobility(row, block), h, hard);
+                problem.terms[i] = rowTerms(row, island.responses[i].mobility, h, hard);
                 hard_[i] = hard;
                 if (hard) {
                     problem.terms[i].bias = row.C / h;
@@ -128,7 +128,7 @@ public:
             S slip = slipRate_[i] / slipShare_ * h_;
             // What slides keeps what it had when it let go. On the disc but for round-off is sliding.
             constexpr S inside = S(0.999);
-            if (std::hypot(p[first + 1], p[first + 2]) < inside * problem_.friction[k] * p[first]) {
+            if (planeLength(p[first + 1], p[first + 2]) < inside * problem_.friction[k] * p[first]) {
                 slip +=
                     h_ * rowDot(row, block, [&](int n) -> const Vec6<S>& { return v[static_cast<std::size_t>(n)]; });
             }
@@ -139,6 +139,7 @@ public:
     // One non-linear sweep: every block taken anew where it is visited. Returns as RowProblem::sweep().
     S sweep(S relaxation, bool backward = false) {
         S change = 0;
+        problem_.visits += island_.rows.size();
         for (std::size_t n = 0; n < island_.blocks.size(); ++n) {
             const std::size_t k = backward ? island_.blocks.size() - 1 - n : n;
             take(k);
@@ -209,7 +210,7 @@ private:
                     wanted[t] -= relaxation * (problem_.rowVelocity(island_.rows[i], block) + slipRate_[i]) / mobility;
                 }
             }
-            const S length = std::hypot(wanted[0], wanted[1]);
+            const S length = planeLength(wanted[0], wanted[1]);
             const S scale = length > most ? most / length : S(1);
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
@@ -269,6 +270,7 @@ private:
 template <class S>
 void velocityPass(Island<S>& island, RowProblem<S>& problem) {
     constexpr int sweeps = 4;  // one leaves half of the speed in a four-point manifold
+    island.respond();
     for (std::size_t i = 0; i < problem.v.size(); ++i) {
         problem.v[i] = island.bodies[i].v;
     }
@@ -295,15 +297,18 @@ void velocityPass(Island<S>& island, RowProblem<S>& problem) {
 // Post-stabilisation: moves the poses, without touching velocities or lambda, to where hard rows are obeyed, by
 // non-linear Gauss-Seidel on positions. Errors go no faster than pushOut (m/s), and of the depth of a contact a share:
 // all of it, corner after corner, tips a light box under a heavy one a little further in each sub-step, until what it
-// bears rocks and falls. Rows of `island` are left at the poses where each was last visited.
+// bears rocks and falls. Rows of `island` are left at the poses where each was last visited. Gives
+// how many rows were.
 template <class S>
-void stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
+std::size_t stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
+    std::size_t visits = 0;
     std::vector<S> moved(island.rows.size(), S(0));  // impulse-like: mass times displacement
     std::vector<S> target(island.rows.size());
     for (int sweep = 0; sweep < sweeps; ++sweep) {
         for (std::size_t k = 0; k < island.blocks.size(); ++k) {
             island.relinearize(k);
             const RowBlock<S>& block = island.blocks[k];
+            visits += static_cast<std::size_t>(block.count);
             bool stale = false;
             MovedRows<S>::forRows(block, [&](std::size_t i) {
                 const Row<S>& row = island.rows[i];
@@ -346,6 +351,7 @@ void stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
             });
         }
     }
+    return visits;
 }
 
 }  // namespace cairn

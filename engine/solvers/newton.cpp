@@ -8,7 +8,7 @@ namespace {
 // Nearest point of the cone |(y1, y2)| <= mu y0, and the derivative of that map (symmetric, eigenvalues in [0, 1]).
 template <class S>
 Vec3<S> projectOnCone(const Vec3<S>& y, S mu) {
-    const S length = std::hypot(y.y(), y.z());
+    const S length = planeLength(y.y(), y.z());
     if (length <= mu * y.x()) {
         return y;
     }
@@ -22,7 +22,7 @@ Vec3<S> projectOnCone(const Vec3<S>& y, S mu) {
 
 template <class S>
 Mat3<S> coneDerivative(const Vec3<S>& y, S mu) {
-    const S length = std::hypot(y.y(), y.z());
+    const S length = planeLength(y.y(), y.z());
     if (length <= mu * y.x()) {
         return y.x() > S(0) ? Mat3<S>(Mat3<S>::Identity()) : Mat3<S>(Mat3<S>::Zero());
     }
@@ -218,6 +218,7 @@ bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& 
     }
     assemble(island);
     ++report.factorisations;
+    problem.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;
     factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor() : diagonal_.invert();
     factoredPoses_.clear();
     for (const SolverBody<S>& body : island.bodies) {
@@ -361,6 +362,8 @@ void ContactNewton<S>::newtonStep(const Island<S>& island, std::vector<Vec6<S>>&
     ++report.rounds;
     if (linearSolver_ == LinearSolver::Factor) {
         factor_.solve(g);
+        // Two substitutions, each a product of every block with a sixth of one.
+        problem.blockProducts += static_cast<double>(2 * factor_.blocks()) / 6;
         return;
     }
     report.products += conjugateGradients<S>([&](const auto& x, auto& y) { product(island, x, y); }, diagonal_,
@@ -503,7 +506,7 @@ void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6
                 return rowDot(row, block, [&](int body) -> const Vec6<S>& { return v[at(body)]; });
             };
             const S mu = problem.friction[k];
-            S sliding = std::hypot(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
+            S sliding = planeLength(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
             // A lift too high by d lets a steep cone carry nothing, and corrections leave mu^2 / (1 + mu^2) of d: there
             // what friction takes off the sliding is reckoned beforehand, from the load or else the approach.
             if (before && mu > steep && problem.terms[i].mobility > S(0)) {
@@ -530,8 +533,8 @@ double ContactNewton<S>::updateLift(const Island<S>& island) {
         S error = 0;
         // A lift that is too high keeps its contact open: it must come down where nothing is carried, too.
         if (isCone(island, k) && (problem.p[i] > S(0) || lift_[k] > S(0))) {
-            error = problem.friction[k] * std::hypot(problem.rowVelocity(island.rows[i + 1], block),
-                                                     problem.rowVelocity(island.rows[i + 2], block)) -
+            error = problem.friction[k] * planeLength(problem.rowVelocity(island.rows[i + 1], block),
+                                                      problem.rowVelocity(island.rows[i + 2], block)) -
                     lift_[k];
         }
         along += error * liftError_[k];

@@ -60,8 +60,9 @@ public:
         SolveReport report;
         report.sweptSolves = 1;
         report.rows = static_cast<int>(island.rows.size());
+        report.work = problem.work();
         if (def.postStabilise) {
-            stabilise(island, h, pushOut, 1);
+            report.work += static_cast<double>(stabilise(island, h, pushOut, 1));
         }
         return report;
     }

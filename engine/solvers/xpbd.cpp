@@ -56,6 +56,7 @@ public:
         SolveReport report;
         report.sweptSolves = 1;
         report.rows = static_cast<int>(island.rows.size());
+        report.work = problem.work();
         return report;
     }
 

@@ -157,6 +157,7 @@ Island<S> randomContacts(TestRandom& random, int count, int points, double mu, d
         linearizeContact(ContactGeometry<S>{point - a.position, point - b.position, n.normalized().cast<S>()}, a, b,
                          true, writer);
     }
+    island.respond();
     return island;
 }
 
