@@ -1,8 +1,8 @@
 #pragma once
-// The bodies of an island that ask for a tolerance of their own (BodyDef::tolerance), taken out of it to be solved again
-// without the rest: a ragdoll in a pile. What touches them moves as the island's last solution says (it takes no push,
-// as a kinematic body does not), and afterwards gets the impulse by which the two solutions differ: momentum is kept,
-// and where the rest then goes is seen by the next step.
+// The bodies of an island that ask for a tolerance of their own (BodyDef::tolerance), taken out of it to be solved
+// again without the rest: a ragdoll in a pile. What touches them moves as the island's last solution says (it takes no
+// push, as a kinematic body does not), and afterwards gets the impulse by which the two solutions differ: momentum is
+// kept, and where the rest then goes is seen by the next step.
 #include <cairn/engine/checkpoint.hpp>
 
 namespace cairn {

@@ -17,7 +17,8 @@ std::vector<BodyId> addChain(Worldd& world, const Vec3d& from, double tolerance,
                                    .mass = 3,
                                    .tolerance = tolerance}));
         if (i > 0) {
-            world.add(BallDef{.a = links[links.size() - 2], .b = links.back(), .anchor = from + Vec3d(0.5 * i - 0.25, 0, 0)});
+            world.add(
+                BallDef{.a = links[links.size() - 2], .b = links.back(), .anchor = from + Vec3d(0.5 * i - 0.25, 0, 0)});
         }
     }
     return links;
