@@ -67,10 +67,9 @@ Ledger<S>::Ledger(const Island<S>& island) {
 }
 
 template <class S>
-void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
+void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report) {
     S explained = 0;
     S after = 0;          // J
-    S load = 0;           // N s
     S weight = 0;         // N
     bool drives = false;  // whether a fixed body moves
     Vec3<S> defect = Vec3<S>::Zero();
@@ -91,12 +90,22 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
             continue;
         }
         S twiceEnergy = 0;
-        unexplained[i] = motionOf(body, twiceEnergy) - momentum_[i] - body.outside;
+        const Vec6<S> p = motionOf(body, twiceEnergy);
+        unexplained[i] = p - momentum_[i] - body.outside;
+        momentum_[i] = p;
         after += S(0.5) * twiceEnergy;
         // Together, what the rows gave cancels, but for what came from fixed bodies.
         defect += unexplained[i].template head<3>();
     }
-    for (const RowBlock<S>& block : island.blocks) {
+    if (balance) {
+        force_ = 0;
+    }
+    for (std::size_t n = 0; n < island.blocks.size(); ++n) {
+        const RowBlock<S>& block = island.blocks[n];
+        // Contacts add no energy, unless what moves by itself takes part.
+        if (!balance && !drives && !island.marksBorder && n >= static_cast<std::size_t>(island.jointBlocks)) {
+            break;
+        }
         const bool driven = drives && touchesDriven(island, block);
         std::array<Vec6<S>, 4> given;
         for (int k = 0; k < block.bodyCount(); ++k) {
@@ -108,7 +117,7 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
             if (p == S(0)) {
                 continue;
             }
-            load += std::abs(p);
+            force_ += balance ? std::abs(row.lambda) : S(0);
             const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
             if (row.isSoft() || motor || driven) {
                 explained += S(0.5) * p * workedOver(island, row, block);
@@ -139,9 +148,13 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) const {
     }
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
     // nothing.
-    const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * load;
+    const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * h * force_;
     report.energyGained += std::max(0.0, static_cast<double>(gained));
     report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * weight);
+    kineticEnergy_ = after;
+    if (!balance) {
+        return;
+    }
     S squared = 0;
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         SolverBody<S>& body = island.bodies[i];

@@ -4,7 +4,7 @@
 
 namespace cairn {
 
-// Opened before a solver advances the island by h, closed after.
+// Opened before the first sub-step of an island, closed after each.
 template <class S>
 class Ledger {
 public:
@@ -14,11 +14,13 @@ public:
     // only lower; springs, motors and kinematic bodies may add what their rows did. Creep of the loads at 1e-5 m/s is
     // below what is counted. energyInPlay is the kinetic energy, and what a fall by 10 cm gives.
     // Each body's own balance of momentum, what it has less what it had and what forces, impacts and rows gave it, is
-    // the residual of its equation of motion: |M (v - v*) - J^T p| in the norm of M^-1, sqrt(J).
-    void close(Island<S>& island, S h, SolveReport& report) const;
+    // the residual of its equation of motion: |M (v - v*) - J^T p| in the norm of M^-1, sqrt(J). `balance`: whether to
+    // draw it in this sub-step.
+    void close(Island<S>& island, S h, bool balance, SolveReport& report);
 
 private:
     S kineticEnergy_ = 0;
+    S force_ = 0;                    // N, what rows carry, added up, when the balance was last drawn
     std::vector<Vec6<S>> momentum_;  // of each body, N s and N m s, world axes about its centre
 };
 

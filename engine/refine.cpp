@@ -17,11 +17,12 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
     int left = solver.substeps(island, dt) << halvings;
     S h = dt / static_cast<S>(left);
     SolveReport sum;
+    Ledger<S> ledger(island);
+    bool first = true;
     while (left > 0) {
         before = island.bodies;
         island.isLast = left == 1;
         island.mayRefuse = halvings < mostHalvings;
-        const Ledger<S> ledger(island);
         SolveReport one = solver.advance(island, h);
         if (one.refused()) {
             const bool anew = one.restart;
@@ -30,6 +31,8 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
             cost.factorisations = sum.factorisations * (anew ? 1 : 0) + one.factorisations;
             if (anew) {
                 island.bodies = start;
+                ledger = Ledger<S>(island);
+                first = true;
                 sum = cost;
                 halvings = 0;
                 left = solver.substeps(island, dt);
@@ -43,7 +46,8 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
             }
             continue;
         }
-        ledger.close(island, h, one);
+        ledger.close(island, h, first || island.isLast || !solver.balances(), one);
+        first = false;
         sum += one;
         --left;
     }

@@ -20,6 +20,7 @@ class Avbd final : public Solver<S> {
 public:
     explicit Avbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 16) {}
+    bool balances() const override { return false; }
     int substeps(Island<S>&, S) const override { return settings_.def.substeps > 0 ? settings_.def.substeps : 2; }
 
     SolveReport advance(Island<S>& island, S h) override {

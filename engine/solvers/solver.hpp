@@ -14,6 +14,8 @@ class Solver {
 public:
     virtual ~Solver() = default;
     virtual SolveReport advance(Island<S>& island, S h) = 0;
+    // Whether it pushes all bodies of a row at once, so that momentum is kept whatever else errs.
+    virtual bool balances() const { return true; }
     // Sub-steps that this island should be given in a step of dt; the user's number where there is one.
     virtual int substeps(Island<S>& island, S dt) const = 0;
 };

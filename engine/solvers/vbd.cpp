@@ -16,6 +16,7 @@ class Vbd final : public Solver<S> {
 public:
     explicit Vbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 8) {}
+    bool balances() const override { return false; }
     int substeps(Island<S>&, S) const override { return settings_.def.substeps > 0 ? settings_.def.substeps : 4; }
 
     SolveReport advance(Island<S>& island, S h) override {

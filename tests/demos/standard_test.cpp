@@ -2,8 +2,8 @@
 // in standard.json beside this file. CAIRN_UPDATE_STANDARD=1 records anew: the difference belongs in the change's
 // message.
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <cairn/demos/demos.hpp>
+#include <nlohmann/json.hpp>
 
 #include <cstdlib>
 #include <fstream>
@@ -21,11 +21,21 @@ struct Standard {
 
 const std::vector<Standard>& standards() {
     static const std::vector<Standard> list = {
-        {"tower", {{"n", 10}}, 2},        {"tower", {{"n", 30}}, 1},          {"heavy", {{"ratio", 1e4}}, 2},
-        {"heavy", {{"ratio", 1e6}}, 2},   {"pyramid", {{"rows", 10}}, 1},     {"wall", {}, 1},
-        {"chain", {{"ratio", 1000}}, 1},  {"ragdoll", {}, 1.5},               {"bridge", {}, 1},
-        {"card_house", {}, 1},            {"domino", {}, 1.5},                {"slide", {}, 1},
-        {"bounce", {}, 1.5},              {"pile", {{"n", 20}}, 1},           {"struck_tower", {}, 1.5},
+        {"tower", {{"n", 10}}, 2},
+        {"tower", {{"n", 30}}, 1},
+        {"heavy", {{"ratio", 1e4}}, 2},
+        {"heavy", {{"ratio", 1e6}}, 2},
+        {"pyramid", {{"rows", 10}}, 1},
+        {"wall", {}, 1},
+        {"chain", {{"ratio", 1000}}, 1},
+        {"ragdoll", {}, 1.5},
+        {"bridge", {}, 1},
+        {"card_house", {}, 1},
+        {"domino", {}, 1.5},
+        {"slide", {}, 1},
+        {"bounce", {}, 1.5},
+        {"pile", {{"n", 20}}, 1},
+        {"struck_tower", {}, 1.5},
     };
     return list;
 }
