@@ -62,17 +62,28 @@ std::string runTable(const Comparison& c) {
     return table(rows);
 }
 
-int matchedCount(const Comparison& c) {
-    return static_cast<int>(
-        std::count_if(c.fronts.begin(), c.fronts.end(), [](const FrontPoint& point) { return point.matched; }));
+// Of the points of peers' fronts: all, those that Cairn matches, and those that it does not where the scene failed.
+struct Tally {
+    int points = 0;
+    int matched = 0;
+    int failed = 0;
+};
+Tally tallyOf(const Comparison& c) {
+    Tally tally;
+    for (const FrontPoint& point : c.fronts) {
+        ++tally.points;
+        tally.matched += point.matched ? 1 : 0;
+        tally.failed += point.failed && !point.matched ? 1 : 0;
+    }
+    return tally;
 }
 
-// The points of peers' fronts that no setting of Cairn's matches; empty if there are none.
+// The points of peers' fronts that no setting of Cairn's matches, without those where the scene failed.
 std::vector<std::vector<std::string>> exceptionRows(const ComparedScene& compared) {
     const Comparison& c = compared.comparison;
     std::vector<std::vector<std::string>> rows;
     for (const FrontPoint& point : c.fronts) {
-        if (!point.matched) {
+        if (!point.matched && !point.failed) {
             const Compared& run = c.runs[point.run];
             rows.push_back({compared.label, measureOf(c, point).words, run.engine, run.setting(),
                             fixed(run.run.meanMs, 4), errorText(c, run, point.measure), ratioText(point.costRatio),
@@ -149,6 +160,7 @@ nlohmann::ordered_json jsonOf(const ComparedScene& compared) {
                                   {"dial", run.dial},
                                   {"value", run.value},
                                   {"matched", point.matched},
+                                  {"failed", point.failed},
                                   {"cost_ratio", orNull(point.costRatio)},
                                   {"with", point.cheapest},
                                   {"error_ratio", orNull(point.errorRatio)}});
@@ -171,23 +183,27 @@ void print(const ComparedScene& compared) {
     for (const std::string& note : c.notes) {
         std::printf("%s\n", note.c_str());
     }
-    std::printf("fronts: %zu points of the others' fronts; Cairn has no more error at no more cost at %d of them\n",
-                c.fronts.size(), matchedCount(c));
+    const Tally tally = tallyOf(c);
+    std::printf(
+        "fronts: %d points of the others' fronts; at %d of them Cairn has no more error at no more cost; at %d "
+        "more the scene failed (over 0.1 m)\n",
+        tally.points, tally.matched, tally.failed);
     if (std::vector<std::vector<std::string>> rows = exceptionRows(compared); !rows.empty()) {
         rows.insert(rows.begin(), exceptionHead);
-        std::printf("but not at\n%s", table(rows).c_str());
+        std::printf("not matched\n%s", table(rows).c_str());
     }
     std::printf("\n");
     std::fflush(stdout);
 }
 
 void printExceptions(const std::vector<ComparedScene>& list) {
-    std::vector<std::vector<std::string>> counts = {{"scene", "front points", "matched"}};
+    std::vector<std::vector<std::string>> counts = {{"scene", "front points", "matched", "failed", "not matched"}};
     std::vector<std::vector<std::string>> rows = {exceptionHead};
     for (const ComparedScene& compared : list) {
-        counts.push_back({compared.label, std::to_string(compared.comparison.fronts.size()),
-                          std::to_string(matchedCount(compared.comparison))});
+        const Tally tally = tallyOf(compared.comparison);
         const auto more = exceptionRows(compared);
+        counts.push_back({compared.label, std::to_string(tally.points), std::to_string(tally.matched),
+                          std::to_string(tally.failed), std::to_string(more.size())});
         rows.insert(rows.end(), more.begin(), more.end());
     }
     std::printf("all scenes\n%s\nwhere another engine's point is not matched\n%s", table(counts).c_str(),

@@ -18,6 +18,7 @@ struct Compared {
 struct FrontPoint {
     std::size_t run = 0;      // in Comparison::runs
     std::size_t measure = 0;  // in Comparison::measures
+    bool failed = false;      // the point's error is above Measure::most
     // Whether a setting of Cairn's has neither more error nor more cost. Errors below Measure::least count as none.
     bool matched = false;
     double costRatio = unlimited;   // cost of Cairn's cheapest setting with no more error, against the point's

@@ -59,10 +59,16 @@ ErrorMeter::ErrorMeter(const Scene& scene, Known known)
             joint.def);
     }
     broadPhase_.setFilter([this](ProxyId a, ProxyId b) { return mayCollide(scene_, joined_, a, b); });
+    for (std::size_t a = 0; a < scene.bodies.size() && !touches_; ++a) {
+        for (std::size_t b = 0; b < a && !touches_; ++b) {
+            touches_ = mayCollide(scene, joined_, a, b);
+        }
+    }
     constexpr double mm = 1e3;
     constexpr double micrometre = 1e-6;  // no eye and no game can tell less
+    constexpr double failure = 0.1;      // m: a tower has fallen, a chain is torn
     if (known_.rests) {
-        measures_.push_back({"max_displacement_m", "displacement mm", mm, micrometre});
+        measures_.push_back({"max_displacement_m", "displacement mm", mm, micrometre, failure});
     }
     if (!known_.points.empty()) {
         measures_.push_back({"max_off_closed_form_m", "off closed form mm", mm, micrometre});
@@ -81,9 +87,11 @@ ErrorMeter::ErrorMeter(const Scene& scene, Known known)
             break;
     }
     if (!anchors_.empty()) {
-        measures_.push_back({"max_joint_gap_m", "joint gap mm", mm, micrometre});
+        measures_.push_back({"max_joint_gap_m", "joint gap mm", mm, micrometre, failure});
     }
-    measures_.push_back({"max_penetration_m", "penetration mm", mm, micrometre});
+    if (touches_) {
+        measures_.push_back({"max_penetration_m", "penetration mm", mm, micrometre, failure});
+    }
 }
 
 void ErrorMeter::look(const Peer& peer, int steps) {
@@ -116,7 +124,9 @@ std::vector<double> ErrorMeter::errors() const {
     if (!anchors_.empty()) {
         values.push_back(jointGap_);
     }
-    values.push_back(penetration_);
+    if (touches_) {
+        values.push_back(penetration_);
+    }
     return values;
 }
 

@@ -7,10 +7,11 @@ namespace cairn {
 
 // An error of a whole run.
 struct Measure {
-    std::string key;    // in JSON
-    std::string words;  // in tables, unit last
-    double scale = 1;   // from SI to the unit of the words
-    double least = 0;   // SI: errors below this count as none when engines are set against each other
+    std::string key;          // in JSON
+    std::string words;        // in tables, unit last
+    double scale = 1;         // from SI to the unit of the words
+    double least = 0;         // SI: errors below this count as none when engines are set against each other
+    double most = unlimited;  // SI: above this the scene has failed, however cheaply
 };
 
 class ErrorMeter {
@@ -20,7 +21,7 @@ public:
     explicit ErrorMeter(const Scene& scene) : ErrorMeter(scene, knownOf(scene)) {}
 
     // What is measured, in order: of a scene that should rest the displacement, else how far it is from its closed form
-    // and SimBenchmark's own; always the penetration; the gap where there are joints.
+    // and SimBenchmark's own; the gap where there are joints, the penetration where bodies may collide.
     const std::vector<Measure>& measures() const { return measures_; }
     // After each step of a run; `steps` have passed.
     void look(const Peer& peer, int steps);
@@ -60,6 +61,7 @@ private:
     std::vector<std::pair<std::size_t, std::size_t>> joined_;  // that do not collide; sorted
     BroadPhase broadPhase_;
     std::vector<Anchors> anchors_;
+    bool touches_ = false;  // whether any two bodies may collide
     std::vector<Measure> measures_;
     double displacement_ = 0;  // worst so far
     double penetration_ = 0;
