@@ -49,7 +49,7 @@ void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
             for (int t = 1; t < 3; ++t) {
                 wanted[t - 1] = point.impulse[t] - island.rowVelocity(row[t], block) / point.mobility[t];
             }
-            const S length = std::hypot(wanted[0], wanted[1]);
+            const S length = std::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
             const S most = point.friction * point.impulse[0];
             const S scale = length > most ? most / length : S(1);
             for (int t = 1; t < 3; ++t) {

@@ -131,7 +131,7 @@ private:
         S u[2] = {0, 0};
         const S mu = block.count == 3 ? frictionCoefficient(island_, block) : S(0);
         if (block.count == 3) {
-            const S force = std::hypot(row[1].lambda, row[2].lambda);
+            const S force = std::sqrt(square(row[1].lambda) + square(row[2].lambda));
             error_.cone = std::max(error_.cone, static_cast<double>(force - mu * row[0].lambda));
             const S across = S(0.5) * (island_.mobility(row[1], block) + island_.mobility(row[2], block));
             S wanted[2];
@@ -140,7 +140,7 @@ private:
                 wanted[t] = across * h_ * row[1 + t].lambda - u[t];
             }
             const S most = across * h_ * mu * row[0].lambda;
-            const S length = std::hypot(wanted[0], wanted[1]);
+            const S length = std::sqrt(square(wanted[0]) + square(wanted[1]));
             const S scale = length > most ? most / length : S(1);
             for (int t = 0; t < 2; ++t) {
                 slip += square(across * h_ * row[1 + t].lambda - scale * wanted[t]);

@@ -234,7 +234,7 @@ void fillProblem(const Island<double>& island, ContactNewton<double>& newton, co
         if (block.kind == BlockKind::Contact && block.count == 3) {
             // The share of last step's friction that today's coefficient still carries.
             double* p = &problem.p[static_cast<std::size_t>(block.first)];
-            const double length = std::hypot(p[1], p[2]);
+            const double length = std::sqrt(p[1] * p[1] + p[2] * p[2]);
             const double most = problem.friction[k] * p[0];
             if (length > most) {
                 p[1] *= most / length;

@@ -6,9 +6,10 @@ namespace cairn {
 namespace {
 
 // Nearest point of the cone |(y1, y2)| <= mu y0, and the derivative of that map (symmetric, eigenvalues in [0, 1]).
+// Lengths are plain roots: std::hypot, which cannot overflow, took a seventh of a step of two boxes.
 template <class S>
 Vec3<S> projectOnCone(const Vec3<S>& y, S mu) {
-    const S length = std::hypot(y.y(), y.z());
+    const S length = y.template tail<2>().norm();
     if (length <= mu * y.x()) {
         return y;
     }
@@ -22,7 +23,7 @@ Vec3<S> projectOnCone(const Vec3<S>& y, S mu) {
 
 template <class S>
 Mat3<S> coneDerivative(const Vec3<S>& y, S mu) {
-    const S length = std::hypot(y.y(), y.z());
+    const S length = y.template tail<2>().norm();
     if (length <= mu * y.x()) {
         return y.x() > S(0) ? Mat3<S>(Mat3<S>::Identity()) : Mat3<S>(Mat3<S>::Zero());
     }
@@ -503,7 +504,7 @@ void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6
                 return rowDot(row, block, [&](int body) -> const Vec6<S>& { return v[at(body)]; });
             };
             const S mu = problem.friction[k];
-            S sliding = std::hypot(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
+            S sliding = Vec2<S>(speed(island.rows[i + 1]), speed(island.rows[i + 2])).norm();
             // A lift too high by d lets a steep cone carry nothing, and corrections leave mu^2 / (1 + mu^2) of d: there
             // what friction takes off the sliding is reckoned beforehand, from the load or else the approach.
             if (before && mu > steep && problem.terms[i].mobility > S(0)) {
@@ -530,8 +531,9 @@ double ContactNewton<S>::updateLift(const Island<S>& island) {
         S error = 0;
         // A lift that is too high keeps its contact open: it must come down where nothing is carried, too.
         if (isCone(island, k) && (problem.p[i] > S(0) || lift_[k] > S(0))) {
-            error = problem.friction[k] * std::hypot(problem.rowVelocity(island.rows[i + 1], block),
-                                                     problem.rowVelocity(island.rows[i + 2], block)) -
+            error = problem.friction[k] * Vec2<S>(problem.rowVelocity(island.rows[i + 1], block),
+                                                  problem.rowVelocity(island.rows[i + 2], block))
+                                              .norm() -
                     lift_[k];
         }
         along += error * liftError_[k];

@@ -226,7 +226,7 @@ private:
                     wanted[t] -= relaxation * velocity(island.rows[i]) / mobility(i);
                 }
             }
-            const S length = std::hypot(wanted[0], wanted[1]);
+            const S length = std::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
             const S scale = length > most ? most / length : S(1);
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;

@@ -212,10 +212,10 @@ TEST(ErrorMeter, TellsKnownGaps) {
     EXPECT_NEAR(meter.jointGap(world), 0.05, 1e-12);
     world.poses[1].rotation = expQuat<double>(Vec3d(0, 0, 0.1)) * world.poses[1].rotation;  // about its middle
     const double atHook = 2 * 0.5 * std::sin(0.05);
-    EXPECT_NEAR(meter.jointGap(world), std::max(atHook, (Vec3d(0.03, 0, 0.04) - Vec3d(0.5 * (std::cos(0.1) - 1),
-                                                                                  0.5 * std::sin(0.1), 0))
-                                                            .norm()),
-                1e-12);
+    EXPECT_NEAR(
+        meter.jointGap(world),
+        std::max(atHook, (Vec3d(0.03, 0, 0.04) - Vec3d(0.5 * (std::cos(0.1) - 1), 0.5 * std::sin(0.1), 0)).norm()),
+        1e-12);
 }
 
 TEST(ErrorMeter, KnowsClosedForms) {
@@ -236,7 +236,7 @@ TEST(ErrorMeter, KnowsClosedForms) {
     const Scene bounce = makeScene("bounce");
     const double fall = std::sqrt(2 * 2 / 9.81);
     EXPECT_NEAR(placeAt(bounce, 17, fall * (1 + 0.8)).y() - 0.3, 0.64 * 2, 1e-9);
-    EXPECT_NEAR(placeAt(bounce, 1, 1).y(), 0.3, 1e-12);   // without restitution it lies
+    EXPECT_NEAR(placeAt(bounce, 1, 1).y(), 0.3, 1e-12);         // without restitution it lies
     EXPECT_NEAR(placeAt(bounce, 21, 2 * fall).y(), 2.3, 1e-9);  // with 1 it is back
 }
 
@@ -250,7 +250,8 @@ TEST(ErrorMeter, KnowsTheTumblingOfATop) {
     const auto turn = [&](int step) {
         Mat3d r;
         for (int axis = 0; axis < 2; ++axis) {
-            r.col(axis) = known.points[static_cast<std::size_t>(axis)].place(step * scene.dt) - scene.bodies[0].position;
+            r.col(axis) =
+                known.points[static_cast<std::size_t>(axis)].place(step * scene.dt) - scene.bodies[0].position;
         }
         r.col(2) = r.col(0).cross(r.col(1));
         return r;
@@ -284,15 +285,15 @@ TEST(ErrorMeter, KnowsSimBenchmarksMeasures) {
     const Scene bouncing = makeScene("simbench_bouncing");
     ErrorMeter energy(bouncing);
     Placed balls(bouncing);
-    balls.velocities[1] = Vec3d(0, 2, 0);                       // 20 J more
-    balls.poses[2].position.y() -= 1;                           // 98.1 J less
+    balls.velocities[1] = Vec3d(0, 2, 0);  // 20 J more
+    balls.poses[2].position.y() -= 1;      // 98.1 J less
     energy.look(balls, 1);
     EXPECT_NEAR(energy.errors()[0], std::pow(20 - 98.1, 2), 1e-6);
 
     const Scene heap = makeScene("simbench_666", {{"side", 2}});
     ErrorMeter depth(heap);
     Placed block(heap);
-    block.poses[1].position = Vec3d(5, 0.09, 0);                           // 1 cm into the floor
+    block.poses[1].position = Vec3d(5, 0.09, 0);                            // 1 cm into the floor
     block.poses[2].position = block.poses[3].position + Vec3d(0, 0.18, 0);  // 2 cm into a neighbour
     block.poses[3].position.x() += 0;
     depth.look(block, 1);
@@ -307,9 +308,9 @@ TEST(Fronts, AreSetAgainstCairns) {
         return c;
     };
     const std::vector<Measure> measures = {{.key = "e", .words = "e", .least = 1e-6, .most = 0.1}};
-    const std::vector<Compared> runs = {at("cairn", 1, 2, 1e-3), at("cairn", 2, 10, 1e-9),  //
-                                        at("bullet", 1, 1, 1e-2), at("bullet", 2, 4, 5e-3), at("bullet", 3, 3, 6e-3),
-                                        at("bullet", 4, 5, 9e-3),  // beaten by its own kind
+    const std::vector<Compared> runs = {at("cairn", 1, 2, 1e-3),   at("cairn", 2, 10, 1e-9),  //
+                                        at("bullet", 1, 1, 1e-2),  at("bullet", 2, 4, 5e-3),
+                                        at("bullet", 3, 3, 6e-3),  at("bullet", 4, 5, 9e-3),  // beaten by its own kind
                                         at("bullet", 5, 0.5, 0.2), at("ode", 1, 20, 1e-8)};
     const std::vector<FrontPoint> points = frontsOf(measures, runs);
     ASSERT_EQ(points.size(), 5u);
