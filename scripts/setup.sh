@@ -12,8 +12,10 @@ packages=(
     libeigen3-dev libfcl-dev libccd-dev libtbb-dev
     # Scene files, meshes and pictures.
     libassimp-dev libqhull-dev nlohmann-json3-dev libosmesa6-dev libpng-dev libcli11-dev
-    # Tests and benchmarks; Bullet is only measured against.
-    libgtest-dev libbenchmark-dev libbullet-dev
+    # Tests and benchmarks.
+    libgtest-dev libbenchmark-dev
+    # Engines that are only measured against (cairn compare).
+    libbullet-dev libode-dev libmujoco-dev
 )
 
 missing=()

@@ -1,5 +1,5 @@
-// Scene -> Bullet world (single precision, as packaged), at Bullet's defaults but for the count of iterations.
-#include <cairn/demos/peers/peer.hpp>
+// Scene -> Bullet world (single precision, as packaged), at Bullet's defaults but for what the dials turn.
+#include <cairn/demos/peers/peer_kit.hpp>
 
 #include <btBulletDynamicsCommon.h>
 #include <Eigen/Eigenvalues>
@@ -32,16 +32,7 @@ Posed fromBullet(const btTransform& t) {
                 .normalized()};
 }
 
-[[noreturn]] void noCounterpart(const std::string& what) {
-    throw InputError("scene", what, "it has no counterpart in Bullet here: choose another scene");
-}
-
-bool mayCollide(const Filter& a, const Filter& b) {
-    if (a.group != 0 && a.group == b.group) {
-        return a.group > 0;
-    }
-    return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
-}
+constexpr const char* engineName = "bullet";
 
 // The scene's own filters, by the user pointer of each object.
 struct SceneFilter final : btOverlapFilterCallback {
@@ -52,26 +43,26 @@ struct SceneFilter final : btOverlapFilterCallback {
         };
         const bool fixed = static_cast<btCollisionObject*>(a->m_clientObject)->isStaticOrKinematicObject() &&
                            static_cast<btCollisionObject*>(b->m_clientObject)->isStaticOrKinematicObject();
-        return !fixed && mayCollide(filterOf(a), filterOf(b));
+        return !fixed && filtersAgree(filterOf(a), filterOf(b));
     }
 };
 
 class BulletPeer final : public Peer {
 public:
-    BulletPeer(const Scene& scene, int iterations) : world_(&dispatcher_, &broadPhase_, &solver_, &configuration_) {
+    BulletPeer(const Scene& scene, int iterations, int substeps)
+        : world_(&dispatcher_, &broadPhase_, &solver_, &configuration_), substeps_(substeps) {
         world_.setGravity(toBullet(scene.world.gravity));
         world_.getSolverInfo().m_numIterations = iterations;
         world_.getPairCache()->setOverlapFilterCallback(&filter_);
-        if (!scene.deformables.empty()) {
-            noCounterpart("a deformable");
-        }
+        refuseDeformables(engineName, scene);
         for (const BodyDef& body : scene.bodies) {
-            if (body.particle) {
-                noCounterpart("a particle");
-            }
             addBody(body, scene.world.gravity);
         }
         for (const SceneJoint& joint : scene.joints) {
+            if (const std::optional<Push> push = pushOf(scene, joint)) {
+                pushes_.push_back(*push);
+                continue;
+            }
             std::visit([&](const auto& def) { addJoint(scene, def); }, joint.def);
         }
     }
@@ -88,20 +79,30 @@ public:
     BulletPeer& operator=(const BulletPeer&) = delete;
 
     void step(double dt) override {
-        for (Entry& entry : entries_) {
-            if (entry.body->isKinematicObject()) {
-                Posed p = fromBullet(entry.body->getWorldTransform());
-                p.position += dt * entry.linear;
-                p.rotation = rotated<double>(p.rotation, dt * entry.angular);
-                entry.motion->setWorldTransform(toBullet(p));
+        const double h = dt / substeps_;
+        for (int k = 0; k < substeps_; ++k) {
+            for (Entry& entry : entries_) {
+                if (entry.body->isKinematicObject()) {
+                    Posed p = fromBullet(entry.body->getWorldTransform());
+                    p.position += h * entry.linear;
+                    p.rotation = rotated<double>(p.rotation, h * entry.angular);
+                    entry.motion->setWorldTransform(toBullet(p));
+                }
             }
+            for (const Push& push : pushes_) {
+                entries_[push.body].body->applyCentralForce(toBullet(push.force));
+            }
+            world_.stepSimulation(static_cast<btScalar>(h), 0);
         }
-        world_.stepSimulation(static_cast<btScalar>(dt), 0);
     }
 
     Posed pose(std::size_t body) const override {
         const Entry& entry = entries_[body];
         return fromBullet(entry.body->getWorldTransform()) * entry.frameFromCentre.inverse();
+    }
+    Vec3d velocity(std::size_t body) const override {
+        const btVector3& v = entries_[body].body->getLinearVelocity();
+        return {static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
     }
 
 private:
@@ -117,12 +118,6 @@ private:
     btCollisionShape* keep(std::unique_ptr<btCollisionShape> shape) {
         shapes_.push_back(std::move(shape));
         return shapes_.back().get();
-    }
-
-    // In the shape's own frame.
-    static TriangleMesh bareSurface(Shape shape) {
-        shape.pose = {};
-        return surface(shape);
     }
 
     btCollisionShape* convert(const Shape& shape) {
@@ -167,7 +162,7 @@ private:
             case ShapeKind::HeightField:
                 break;
         }
-        noCounterpart(std::string("a shape ") + name(shape.kind));
+        noCounterpart(engineName, std::string("a shape ") + name(shape.kind));
     }
 
     // A half-space becomes a big box: against a plane Bullet finds one point of a box a step, which would judge it by
@@ -205,17 +200,7 @@ private:
         Entry& entry = entries_.emplace_back();
         entry.filter = def.filter;
         const bool dynamic = def.type == BodyType::Dynamic;
-        MassProperties properties;
-        if (dynamic) {
-            properties = massProperties(def.shapes);
-            if (def.mass > 0) {
-                properties.inertia *= properties.mass > 0 ? def.mass / properties.mass : 0;
-                properties.mass = def.mass;
-            }
-            if (!def.inertia.isZero()) {
-                properties.inertia = def.inertia.asDiagonal();
-            }
-        }
+        const MassProperties properties = massOf(def);
         Vec3d moments = properties.inertia.diagonal();
         entry.frameFromCentre.position = properties.centre;
         if (dynamic && !properties.inertia.isDiagonal(1e-9)) {
@@ -269,10 +254,7 @@ private:
     };
     template <class Def>
     Ends endsOf(const Scene& scene, const Def& def, const Posed& frame) {
-        const Softness& s = def.softness;
-        if (s.frequency > 0 || s.compliance > 0) {
-            noCounterpart(std::string("a soft joint ") + Def::typeName);
-        }
+        refuseSoft(engineName, def);
         const auto local = [&](BodyId id) {
             const BodyDef& body = scene.bodies[id.index];
             const Posed centre = Posed{body.position, body.rotation.normalized()} * entries_[id.index].frameFromCentre;
@@ -337,7 +319,7 @@ private:
     }
     template <class Def>
     void addJoint(const Scene&, const Def&) {
-        noCounterpart(std::string("a joint ") + Def::typeName);
+        noCounterpart(engineName, std::string("a joint ") + Def::typeName);
     }
 
     btDefaultCollisionConfiguration configuration_;
@@ -345,7 +327,9 @@ private:
     btDbvtBroadphase broadPhase_;
     btSequentialImpulseConstraintSolver solver_;
     btDiscreteDynamicsWorld world_;
+    int substeps_;
     SceneFilter filter_;
+    std::vector<Push> pushes_;
     std::vector<std::unique_ptr<btTriangleMesh>> meshes_;
     std::vector<std::unique_ptr<btCollisionShape>> shapes_;
     std::deque<Entry> entries_;  // of Scene::bodies; Bullet keeps pointers into it
@@ -354,12 +338,19 @@ private:
 
 }  // namespace
 
-bool hasBullet() {
-    return true;
-}
-
-std::unique_ptr<Peer> makeBulletPeer(const Scene& scene, int iterations) {
-    return std::make_unique<BulletPeer>(scene, iterations);
+Engine bulletEngine() {
+    static constexpr int standard = 10;  // iterations, its default
+    const auto iterations = [](const Scene& scene, double value) -> std::unique_ptr<Peer> {
+        return std::make_unique<BulletPeer>(scene, static_cast<int>(value), 1);
+    };
+    const auto substeps = [](const Scene& scene, double value) -> std::unique_ptr<Peer> {
+        return std::make_unique<BulletPeer>(scene, standard, static_cast<int>(value));
+    };
+    return {engineName,
+            "",
+            {{"", {standard}, iterations},
+             {"iterations", {1, 4, 50, 200}, iterations},
+             {"substeps", {2, 4, 8, 16, 32}, substeps}}};
 }
 
 }  // namespace cairn

@@ -26,6 +26,7 @@ BuiltinScene bounceScene();
 BuiltinScene cradleScene();
 BuiltinScene spinScene();
 BuiltinScene slideScene();
+BuiltinScene rollScene();
 BuiltinScene struckTowerScene();
 BuiltinScene meshScene();
 BuiltinScene ropeScene();
@@ -34,6 +35,9 @@ BuiltinScene jellyScene();
 BuiltinScene stairsScene();
 BuiltinScene terrainScene();
 BuiltinScene bowlScene();
+BuiltinScene simbenchRollingScene();
+BuiltinScene simbenchBouncingScene();
+BuiltinScene simbench666Scene();
 
 namespace {
 
@@ -73,11 +77,36 @@ std::string rangeInWords(const SceneParameter& parameter) {
 
 const std::vector<BuiltinScene>& builtinScenes() {
     static const std::vector<BuiltinScene> scenes = {
-        towerScene(),       pyramidScene(), wallScene(),   cardHouseScene(), dominoScene(),      archScene(),
-        heavyScene(),       chainScene(),   bridgeScene(), ragdollScene(),   ragdollPileScene(), pileScene(),
-        topsScene(),        slopeScene(),   bounceScene(), cradleScene(),    spinScene(),        slideScene(),
-        struckTowerScene(), meshScene(),    ropeScene(),   clothScene(),     jellyScene(),       stairsScene(),
-        terrainScene(),     bowlScene(),
+        towerScene(),
+        pyramidScene(),
+        wallScene(),
+        cardHouseScene(),
+        dominoScene(),
+        archScene(),
+        heavyScene(),
+        chainScene(),
+        bridgeScene(),
+        ragdollScene(),
+        ragdollPileScene(),
+        pileScene(),
+        topsScene(),
+        slopeScene(),
+        bounceScene(),
+        cradleScene(),
+        spinScene(),
+        slideScene(),
+        rollScene(),
+        struckTowerScene(),
+        meshScene(),
+        ropeScene(),
+        clothScene(),
+        jellyScene(),
+        stairsScene(),
+        terrainScene(),
+        bowlScene(),
+        simbenchRollingScene(),
+        simbenchBouncingScene(),
+        simbench666Scene(),
     };
     return scenes;
 }

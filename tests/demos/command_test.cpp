@@ -296,6 +296,25 @@ TEST_F(Command, TuneFindsWritesAndGoesOn) {
     expectUsageError("tune tower --state " + path("torn.json"), "torn.json");
 }
 
+TEST_F(Command, ComparesEnginesAndTheirFronts) {
+    const std::filesystem::path plot = scratch() / "plot.svg";
+    const std::string base = "compare heavy --seconds 0.2 --repeats 1";
+    const Outcome outcome = cairn(base + " --plot '" + plot.string() + "'");
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("accuracy, mm 0.01"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("fronts: "), std::string::npos) << outcome.out;
+    EXPECT_TRUE(slurp(plot).starts_with("<svg "));
+    const nlohmann::json json = nlohmann::json::parse(cairn(base + " --json -").out);
+    EXPECT_EQ(json.at("scene"), "heavy");
+    EXPECT_EQ(json.at("runs").at(0).at("engine"), "cairn");
+    EXPECT_GT(json.at("runs").at(0).at("ms_per_step").at("p50").get<double>(), 0);
+    EXPECT_LT(json.at("runs").at(0).at("max_displacement_m").get<double>(), 1e-6);
+    EXPECT_TRUE(json.at("fronts").is_array());
+    expectUsageError("compare", "--all");
+    expectUsageError("compare heavy --all", "--all");
+    expectUsageError("compare heavy --engines physx", "physx");
+}
+
 TEST_F(Command, StudyRefusesWhatItDoesNotKnow) {
     expectUsageError("study convergense", "convergence");
     expectUsageError("study", "study");
