@@ -239,8 +239,8 @@ private:
         if (&p == &q) {
             return true;
         }
-        if (!areNeighbours(p, q) || p.normal.dot(q.normal) < sameNormal || p.contacts->friction != q.contacts->friction ||
-            p.contacts->staticFriction != q.contacts->staticFriction ||
+        if (!areNeighbours(p, q) || p.normal.dot(q.normal) < sameNormal ||
+            p.contacts->friction != q.contacts->friction || p.contacts->staticFriction != q.contacts->staticFriction ||
             p.contacts->restitution != q.contacts->restitution) {
             return false;
         }
@@ -436,9 +436,8 @@ void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const
 template <class S>
 void closeSeams(std::vector<GroundPair<S>>& pairs, JobSystem& jobs) {
     const std::vector<std::size_t> runs = runsOf(pairs);
-    parallelFor(jobs, runs.size() - 1, 16, [&](std::size_t i) {
-        closeRun<S>(std::span(pairs).subspan(runs[i], runs[i + 1] - runs[i]));
-    });
+    parallelFor(jobs, runs.size() - 1, 16,
+                [&](std::size_t i) { closeRun<S>(std::span(pairs).subspan(runs[i], runs[i + 1] - runs[i])); });
 }
 
 template <class S>
