@@ -14,7 +14,7 @@ target_compile_options(cairn_options INTERFACE
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>
     -ffp-contract=off $<$<BOOL:${CAIRN_WERROR}>:-Werror>)
 if(CAIRN_SANITIZE)
-    target_compile_options(cairn_options INTERFACE -fsanitize=${CAIRN_SANITIZE} -fno-omit-frame-pointer -g)
+    target_compile_options(cairn_options INTERFACE -fsanitize=${CAIRN_SANITIZE} -fno-omit-frame-pointer)
     target_link_options(cairn_options INTERFACE -fsanitize=${CAIRN_SANITIZE})
 endif()
 

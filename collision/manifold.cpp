@@ -276,6 +276,18 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
     return used;
 }
 
+int spreadPoints(std::span<const ContactPoint> points, const Vec3d& normal, std::array<int, 4>& chosen) {
+    std::vector<Candidate> candidates;
+    candidates.reserve(points.size());
+    for (const ContactPoint& p : points) {
+        candidates.push_back({p.onA, p.onB, p.separation, p.feature});
+    }
+    int axis = 0;
+    normal.cwiseAbs().minCoeff(&axis);
+    const Vec3d tangent = (Vec3d::Unit(axis) - normal[axis] * normal).normalized();
+    return reduceCandidates(candidates, tangent, normal.cross(tangent), chosen);
+}
+
 void fillManifold(const Scratch& scratch, const Vec3d& outward, int side, WorkManifold& out) {
     std::array<int, 4> chosen{};
     out.count = reduceCandidates(scratch.candidates, scratch.face.tangent1, scratch.face.tangent2, chosen);

@@ -63,4 +63,9 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
 // one within `reach` (m) on A's surface.
 std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double reach = 0.02);
 
+// At most four of the points of one plane: the deepest, and those that spread along the diagonals of the frame of their
+// onA, the same ones from step to step. normal: of the plane, unit, in that frame. Returns how many; indices in
+// `chosen`.
+int spreadPoints(std::span<const ContactPoint> points, const Vec3d& normal, std::array<int, 4>& chosen);
+
 }  // namespace cairn

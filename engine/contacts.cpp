@@ -1,4 +1,4 @@
-#include <cairn/engine/contacts.hpp>
+#include <cairn/engine/seams.hpp>
 
 #include <algorithm>
 
@@ -72,9 +72,10 @@ Vec3d roundPart(const Shape& shape, const Vec3d& point, const Vec3d& normal) {
 
 template <class S>
 ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body<S>& b, const Vec3d& normalInB,
-                          const ContactPatch<S>* before) {
+                          ContactPatch<S>* before) {
     ContactPatch<S> patch;
     patch.manifold = manifold;
+    patch.known = manifold.count;
     const Material& materialA = a.def.shapes[manifold.shapeA].material;
     const Material& materialB = b.def.shapes[manifold.shapeB].material;
     patch.friction = combined<S>(materialA.friction, materialB.friction);
@@ -86,7 +87,9 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
         const ContactPoint& point = manifold.points[k];
         ContactPointState<S>& state = patch.points[k];
         if (match[k] >= 0) {
-            state = before->points[static_cast<std::size_t>(match[k])];
+            ContactPointState<S>& old = before->points[static_cast<std::size_t>(match[k])];
+            state = old;
+            old.handedOn = true;
         }
         state.geometry.onA = point.onA.cast<S>() - a.localCentre;
         state.geometry.onB = point.onB.cast<S>() - b.localCentre;
@@ -127,6 +130,7 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     const Posed frameB = b.frame();
     const Posed aFromB = relativePose(frameA, frameB);
     const double ahead = closing(a, b, reach.dt);
+    pair.before.clear();
     if (pair.made) {
         // What lies within reach of this step must be among the known points.
         const double moved = movedSince(pair, aFromB, *a.body, *b.body);
@@ -142,8 +146,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     std::vector<ContactPatch<S>> patches;
     patches.reserve(manifolds.size());
     for (const Manifold& manifold : manifolds) {
-        const ContactPatch<S>* before = nullptr;
-        for (const ContactPatch<S>& old : pair.patches) {
+        ContactPatch<S>* before = nullptr;
+        for (ContactPatch<S>& old : pair.patches) {
             if (old.manifold.shapeA == manifold.shapeA && old.manifold.shapeB == manifold.shapeB &&
                 old.manifold.patch == manifold.patch) {
                 before = &old;
@@ -152,6 +156,7 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         const Vec3d normalInB = relativePose(frameB, frameA).rotation * manifold.normal;
         patches.push_back(makePatch(manifold, *a.body, *b.body, normalInB, before));
     }
+    pair.before = std::move(pair.patches);
     pair.patches = std::move(patches);
     pair.aFromB = aFromB;
     pair.margin = margin;
@@ -188,6 +193,13 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
             carried[i] = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, counts[i]) ? 0 : 1;
         }
     });
+    std::vector<GroundPair<S>> ground;
+    for (PairContacts<S>& pair : pairs_) {
+        const Body<S>& a = bodies[pair.pair.a];
+        const Body<S>& b = bodies[pair.pair.b];
+        addGroundPair<S>(ground, pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w});
+    }
+    closeSeams(ground, jobs);
     counts_ = {};
     carried_ = static_cast<int>(std::count(carried.begin(), carried.end(), 1));
     for (const NarrowCounts& c : counts) {

@@ -14,12 +14,14 @@ struct ContactPointState {
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
     // m, world axes: how far b has slipped against a while it should have stuck, where the solver keeps account of it
     Vec3<S> slip = Vec3<S>::Zero();
+    bool handedOn = false;  // whether a point of the next manifold has taken over the forces
 };
 
 // One manifold with the surface it stands for.
 template <class S>
 struct ContactPatch {
     Manifold manifold;
+    int known = 0;  // points found; those after the first manifold.count carry nothing (seams.hpp)
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
@@ -34,6 +36,7 @@ struct PairContacts {
     double margin = 0;  // m, as far as which they were looked for
     bool made = false;
     std::vector<ContactPatch<S>> patches;
+    std::vector<ContactPatch<S>> before;  // those that were replaced in this step
 };
 
 // How far apart contacts are looked for: `margin` (m), and further where two bodies can close a gap within `dt` (s).

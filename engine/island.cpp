@@ -1,6 +1,7 @@
 #include <cairn/engine/constraints/axis_lock.hpp>
 #include <cairn/engine/island.hpp>
 #include <cairn/engine/motion.hpp>
+#include <cairn/engine/seams.hpp>
 
 namespace cairn {
 namespace {
@@ -89,9 +90,14 @@ void Island<S>::detect(const ContactReach& reach, NarrowCounts& counts) {
         const SolverBody<S>& s = bodies[static_cast<std::size_t>(local)];
         return PairSide<S>{&body, s.pose, s.v.template head<3>(), s.v.template tail<3>()};
     };
+    std::vector<GroundPair<S>> ground;
     for (const PairLink& link : pairs) {
-        collidePair(*link.pair, side(*link.bodyA, link.a), side(*link.bodyB, link.b), reach, counts);
+        const PairSide<S> a = side(*link.bodyA, link.a);
+        const PairSide<S> b = side(*link.bodyB, link.b);
+        collidePair(*link.pair, a, b, reach, counts);
+        addGroundPair(ground, *link.pair, a, b);
     }
+    closeSeams(ground);
     collectPatches();
 }
 

@@ -219,5 +219,43 @@ TEST(Continuous, AlwaysAndNeverAreObeyed) {
     EXPECT_EQ(swept(Continuous::Auto, 3.1), 1);
 }
 
+// What is held at an impact loses the rest of that step; what it gains of height by falling on in speed alone is less
+// than what a bounce of symplectic Euler loses anyway, v dt, and it is no later than the other is early. Energy never
+// grows.
+TEST(Bounces, OfHeldBallsErrNoMoreThanThoseOfOthers) {
+    constexpr double dt = 1.0 / 60;
+    constexpr double radius = 0.05;
+    int held = 0;
+    double latest = 0;
+    double highest = -1;
+    double lowest = 1;
+    for (int k = 0; k < 20; ++k) {
+        Worldd world({.sleep = {.enabled = false}});
+        world.add({.type = BodyType::Static,
+                   .shapes = {withMaterial(box({5, 0.5, 5}), 0, 1)},
+                   .position = Vec3d(0, -0.5, 0)});
+        const double height = 20 + 0.0167 * k;
+        const BodyId ball =
+            world.add({.shapes = {withMaterial(sphere(radius), 0, 1)}, .position = Vec3d(0, height + radius, 0)});
+        const double speed = std::sqrt(2 * standardGravity * height);
+        double top = 0;
+        double time = 0;
+        for (int i = 0; i * dt < 2.8 * speed / standardGravity; ++i) {
+            held += world.step(dt).counts.heldBodies;
+            if (i * dt > 1.2 * speed / standardGravity && velocity(world, ball).y() > 0) {
+                top = position(world, ball).y() - radius;
+                time = (i + 1) * dt + velocity(world, ball).y() / standardGravity;
+            }
+        }
+        latest = std::max(latest, std::abs(time - 2 * speed / standardGravity));
+        highest = std::max(highest, (top - height) / (speed * dt));
+        lowest = std::min(lowest, (top - height) / (speed * dt));
+    }
+    EXPECT_GT(held, 5);
+    expectBelow("a bounce at 20 m/s is early or late by, steps", latest / dt, 2);
+    expectBelow("height gained by a bounce at 20 m/s, of v dt", std::max(0.0, highest), 1e-9);
+    expectBelow("height lost by a bounce at 20 m/s, of v dt", lowest, 2);
+}
+
 }  // namespace
 }  // namespace cairn
