@@ -4,5 +4,6 @@
 #include <cairn/demos/advice/check.hpp>
 #include <cairn/demos/advice/explain.hpp>
 #include <cairn/demos/advice/measure.hpp>
+#include <cairn/demos/advice/page.hpp>
 #include <cairn/demos/advice/tune.hpp>
 #include <cairn/demos/advice/tune_page.hpp>

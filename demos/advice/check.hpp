@@ -7,6 +7,7 @@ namespace cairn {
 
 // A body's name in the scene, "body 7" where it has none, "rope, particle 3" for a deformable's.
 std::string bodyName(const Scene& scene, const Simulation& simulation, BodyId id);
+std::string bodyName(const Scene& scene, const Simulation& simulation, std::size_t index);
 
 // "mass_ratio", "slow_sweeps", ...
 const char* name(FindingKind kind);

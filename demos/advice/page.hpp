@@ -1,0 +1,35 @@
+#pragma once
+// Pages that need nothing else: style, script, plots and pictures are in the one file, so that it opens without a
+// network and can be sent by mail.
+#include <cairn/render/render.hpp>
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+namespace cairn {
+
+struct Page {
+    std::string title = {};  // of the window; plain text
+    std::string body = {};   // HTML
+    // What the plots are drawn from, as `data` in the script.
+    nlohmann::ordered_json data = {};
+    // Beside chart(), brief() and what sorts and filters tables.
+    std::string script = {};
+};
+
+// A whole HTML document. Tables of class "sorted" sort by a click on a head, by data-value where a cell has one.
+std::string html(const Page& page);
+
+// Text as HTML, in attributes too.
+std::string escapedHtml(const std::string& text);
+// An <img> with the picture in it.
+std::string inlinedPng(const std::string& png, const std::string& alternative);
+// Bytes of a PNG file.
+std::string pngBytes(const Image& image);
+
+// "1.23e-05", three digits; "broke" for what is not finite.
+std::string briefOrBroke(double x);
+// A table cell that shows the number and sorts by it, what is not finite last.
+std::string numberCell(double x);
+
+}  // namespace cairn
