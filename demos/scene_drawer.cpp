@@ -201,7 +201,8 @@ Image SceneDrawer::picture(const Simulation& simulation, const Scene& scene, con
     if (overlay.heat) {
         std::ostringstream hottest;
         hottest << 1e3 * overlay.heatScale << " mm";
-        drawLegend(image, overlay.errors.empty() ? "worst penetration or joint gap" : overlay.errorName, "0", hottest.str());
+        drawLegend(image, overlay.errors.empty() ? "worst penetration or joint gap" : overlay.errorName, "0",
+                   hottest.str());
     }
     return image;
 }

@@ -14,6 +14,8 @@ packages=(
     libassimp-dev libqhull-dev nlohmann-json3-dev libosmesa6-dev libpng-dev libcli11-dev
     # Tests and benchmarks; Bullet is only measured against.
     libgtest-dev libbenchmark-dev libbullet-dev
+    # The pages that `cairn tune` and `cairn bench` write, opened by a test.
+    chromium chromium-driver python3
 )
 
 missing=()

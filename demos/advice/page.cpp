@@ -74,6 +74,8 @@ const data = JSON.parse(document.getElementById('data').textContent);
 const el = id => document.getElementById(id);
 const brief = x => x === null ? 'broke' : x === 0 ? '0' :
   Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(1) : String(Number(x.toPrecision(3)));
+const long = mm => mm === null ? 'broke' : mm === 0 ? '0 mm' : mm >= 1e3 ? brief(mm / 1e3) + ' m' :
+  mm >= .1 ? brief(mm) + ' mm' : mm >= 1e-4 ? brief(1e3 * mm) + ' \u00b5m' : brief(1e6 * mm) + ' nm';
 const escape = text => String(text).replace(/[&<>"]/g, c => '&#' + c.charCodeAt(0) + ';');
 
 const scaleOf = (axis, values, from, to) => {
@@ -103,7 +105,7 @@ const scaleOf = (axis, values, from, to) => {
 };
 const tickText = v => v !== 0 && (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3) ? v.toExponential(0) : String(Number(v.toPrecision(3)));
 
-// spec: x, y {label, log}, lines [{points, colour, dash, width}], rules [{y or x, text, colour}],
+// spec: x, y {label, log}, lines [{points, colour, dash, width}], rules [{y or x, text, colour, under}],
 // marks [{x, y, colour, index, name, ring, title}]
 const chart = (svg, spec) => {
   const W = Math.max(260, svg.parentElement.clientWidth - 2 * parseFloat(getComputedStyle(svg.parentElement).paddingLeft));
@@ -126,7 +128,7 @@ const chart = (svg, spec) => {
       : `x1="${L}" x2="${W - R}" y1="${y.at(rule.y)}" y2="${y.at(rule.y)}"`;
     out += `<line ${place} stroke="${rule.colour}" stroke-width="1.5" stroke-dasharray="6 4"/>`;
     out += rule.x !== undefined ? `<text x="${x.at(rule.x) - 5}" y="${T + 12}" text-anchor="end">${escape(rule.text)}</text>`
-      : `<text x="${W - R}" y="${y.at(rule.y) - 5}" text-anchor="end">${escape(rule.text)}</text>`;
+      : `<text x="${W - R}" y="${y.at(rule.y) + (rule.under ? 15 : -5)}" text-anchor="end">${escape(rule.text)}</text>`;
   }
   for (const line of spec.lines || []) if (line.points.length) out += `<polyline fill="none" stroke="${line.colour}" ` +
     `stroke-width="${line.width || 2.2}" stroke-linejoin="round" ${line.dash ? `stroke-dasharray="${line.dash}"` : ''} ` +
@@ -218,6 +220,17 @@ std::string briefOrBroke(double x) {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", x);
     return std::isfinite(x) ? text : "broke";
+}
+
+std::string lengthText(double metres) {
+    const double size = std::abs(metres);
+    if (!std::isfinite(metres) || size == 0 || size >= 1) {
+        return std::isfinite(metres) ? briefOrBroke(metres) + " m" : "broke";
+    }
+    if (size >= 1e-4) {
+        return briefOrBroke(1e3 * metres) + " mm";
+    }
+    return size >= 1e-7 ? briefOrBroke(1e6 * metres) + " \u00b5m" : briefOrBroke(1e9 * metres) + " nm";
 }
 
 std::string numberCell(double x) {

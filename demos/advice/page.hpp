@@ -27,8 +27,10 @@ std::string inlinedPng(const std::string& png, const std::string& alternative);
 // Bytes of a PNG file.
 std::string pngBytes(const Image& image);
 
-// "1.23e-05", three digits; "broke" for what is not finite.
+// Three digits; "broke" for what is not finite.
 std::string briefOrBroke(double x);
+// m, in the unit that suits it: "12 mm", "3.4 um".
+std::string lengthText(double metres);
 // A table cell that shows the number and sorts by it, what is not finite last.
 std::string numberCell(double x);
 

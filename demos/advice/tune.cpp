@@ -151,8 +151,8 @@ TuneTruth findTruth(const Scene& scene, const TuneRequest& request) {
         }
         if (!before.empty()) {
             Path drawn = drawnOut(before, path);
-            truth.doubt = truth.poses.empty() ? std::numeric_limits<double>::infinity()
-                                              : farthest(scene, truth.poses, drawn);
+            truth.doubt =
+                truth.poses.empty() ? std::numeric_limits<double>::infinity() : farthest(scene, truth.poses, drawn);
             truth.poses = std::move(drawn);
         }
         before = std::move(path);

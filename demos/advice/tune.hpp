@@ -51,16 +51,16 @@ struct TuneMoment {
 
 struct TuneEntry {
     TuneSetting setting = {};
-    double ms = 0;                          // of processor time for 1/60 s of the scene
-    std::vector<TuneMoment> moments = {};   // one for each step of the scene
-    double distance = 0;                    // m, the worst of the moments
-    std::size_t farthest = 0;               // that body, by Simulation's bodies
-    double farthestAt = 0;                  // s after `at`, when that was
-    double step = 0;                        // m, worst StepError::position
-    double worstAt = 0;                     // s after `at`, when that was
-    double energy = 0;                      // J that no force explains, summed (StepError::energyGained)
-    bool finite = true;                     // no body went non-finite
-    std::uint32_t flags = 0;                // StepFlag bits that any step raised
+    double ms = 0;                         // of processor time for 1/60 s of the scene
+    std::vector<TuneMoment> moments = {};  // one for each step of the scene
+    double distance = 0;                   // m, the worst of the moments
+    std::size_t farthest = 0;              // that body, by Simulation's bodies
+    double farthestAt = 0;                 // s after `at`, when that was
+    double step = 0;                       // m, worst StepError::position
+    double worstAt = 0;                    // s after `at`, when that was
+    double energy = 0;                     // J that no force explains, summed (StepError::energyGained)
+    bool finite = true;                    // no body went non-finite
+    std::uint32_t flags = 0;               // StepFlag bits that any step raised
 };
 
 // Where the bodies are after each step by the `direct` solver in double precision, with nothing asleep, drawn out from

@@ -92,9 +92,10 @@ std::vector<std::string> tuneNotes(const Scene& scene, const TuneResult& result)
     const TuneRequest& request = result.request;
     std::vector<std::string> notes;
     if (request.by == TuneBy::Both && tuneByStep(result)) {
-        notes.push_back("The truth is known to " + brief(1e3 * result.truth.doubt) +
-                        " mm alone: from here the scene goes another way at any step, and no setting is at fault. Settings "
-                        "are judged by their steps' own errors; a shorter --horizon may let the distance count.");
+        notes.push_back(
+            "The truth is known to " + brief(1e3 * result.truth.doubt) +
+            " mm alone: from here the scene goes another way at any step, and no setting is at fault. Settings "
+            "are judged by their steps' own errors; a shorter --horizon may let the distance count.");
     }
     const std::optional<std::size_t> own = tuneOwn(result);
     if (own && !tuneByStep(result)) {
@@ -103,10 +104,12 @@ std::vector<std::string> tuneNotes(const Scene& scene, const TuneResult& result)
         const double h = scene.dt / std::max(1, entry.setting.solver.substeps);
         const double fall = scene.world.gravity.norm() * request.horizon * h / 2;
         if (fall > request.error && std::abs(entry.distance - fall) < 0.02 * fall) {
-            notes.push_back("The scene's own setting is " + brief(1e3 * entry.distance) + " mm off because a body falls freely: in steps of " +
-                            brief(1e3 * h) + " ms that is g T h / 2 for any solver, and shorter steps or sub-steps alone take it "
-                            "away. To judge contacts and joints, begin when bodies touch (--at), or judge by the steps' own "
-                            "errors (--by step).");
+            notes.push_back(
+                "The scene's own setting is " + brief(1e3 * entry.distance) +
+                " mm off because a body falls freely: in steps of " + brief(1e3 * h) +
+                " ms that is g T h / 2 for any solver, and shorter steps or sub-steps alone take it "
+                "away. To judge contacts and joints, begin when bodies touch (--at), or judge by the steps' own "
+                "errors (--by step).");
         }
     }
     if (const auto choice = tuneChoice(result)) {
@@ -141,7 +144,8 @@ Figure tuneFigure(const Scene& scene, const TuneResult& result) {
         dearest = std::max(dearest, entry.ms);
     }
     for (const std::size_t i : tuneFront(result)) {
-        front.points.push_back({result.entries[i].ms, std::clamp(1e3 * tuneError(result, result.entries[i]), least, most)});
+        front.points.push_back(
+            {result.entries[i].ms, std::clamp(1e3 * tuneError(result, result.entries[i]), least, most)});
     }
     panel.series.push_back(std::move(front));
     if (result.request.budget) {
@@ -171,8 +175,9 @@ Figure tuneFigure(const Scene& scene, const TuneResult& result) {
         series.points.push_back({entry.ms, std::clamp(1e3 * tuneError(result, entry), least, most)});
     }
     return {.title = "Settings of " + scene.name,
-            .note = tuneByStep(result) ? "error: of the worst step"
-                                       : "error: the worse of the distance to a converged run and of any step's own error",
+            .note = tuneByStep(result)
+                        ? "error: of the worst step"
+                        : "error: the worse of the distance to a converged run and of any step's own error",
             .panels = {std::move(panel)}};
 }
 

@@ -40,6 +40,11 @@ Json purpose(const Scene& scene, const TuneRequest& request) {
             {"horizon_s", request.horizon}};
 }
 
+// Of a key of purpose().
+std::string inWords(const std::string& key) {
+    return key == "scene" ? "scene" : key == "error_m" ? "error" : key == "at_s" ? "start (--at)" : "horizon";
+}
+
 Json entryJson(const TuneEntry& entry) {
     Json moments = Json::array();
     for (const TuneMoment& moment : entry.moments) {
@@ -149,8 +154,9 @@ void resumeTune(const nlohmann::json& state, const std::string& file, const Scen
         const nlohmann::json wanted = purpose(scene, result.request);
         for (const auto& [key, value] : wanted.items()) {
             if (state.at("made_for").at(key) != value) {
-                throw InputError("--state", file,
-                                 "it was made for another " + key + "; ask the same again, or give another file");
+                throw InputError(
+                    "--state", file,
+                    "it was made for another " + inWords(key) + "; ask the same again, or give another file");
             }
         }
         const nlohmann::json& truth = state.at("truth");

@@ -11,10 +11,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string millimetres(double metres) {
-    return briefOrBroke(1e3 * metres);
-}
-
 // A click, or the key Enter, on a point, a row or a picture shows all of that setting.
 constexpr const char* script = R"page(
 const entries = data.entries;
@@ -28,8 +24,8 @@ el('solvers').innerHTML = solvers.map((s, k) => `<li><i style="background: var(-
 const drawFront = () => {
   const onFront = entries.filter(e => e.front).sort((a, b) => a.ms - b.ms);
   const rules = [data.budget_ms !== null ? { x: data.budget_ms, text: 'budget', colour: 'var(--good)' }
-    : { y: data.asked_mm, text: 'asked: ' + brief(data.asked_mm) + ' mm', colour: 'var(--good)' }];
-  if (data.doubt_mm > 1e-6 && !data.by_step) rules.push({ y: data.doubt_mm, text: 'truth known to this', colour: 'var(--soft)' });
+    : { y: data.asked_mm, text: 'asked: ' + long(data.asked_mm), colour: 'var(--good)' }];
+  if (data.doubt_mm > 1e-6 && !data.by_step) rules.push({ y: data.doubt_mm, text: 'truth known to this', under: true, colour: 'var(--soft)' });
   const order = entries.map((e, i) => i).sort((a, b) => (a === chosen) - (b === chosen) || entries[a].front - entries[b].front);
   chart(el('frontplot'), { x: { label: 'processor time, ms for 1/60 s of the scene', log: true },
     y: { label: 'error, mm', log: true }, height: 400, rules,
@@ -37,7 +33,7 @@ const drawFront = () => {
     marks: order.map(i => ({ x: entries[i].ms, y: clamped(entries[i].error), colour: colourOf(entries[i]), index: i,
       faint: !entries[i].front && !entries[i].own, size: entries[i].front ? 6 : 5, ring: i === chosen,
       name: i === found ? 'found' : i === own ? 'own' : '',
-      title: `${entries[i].label}: ${brief(entries[i].ms)} ms, ${brief(entries[i].error)} mm` })) });
+      title: `${entries[i].label}: ${brief(entries[i].ms)} ms, ${long(entries[i].error)}` })) });
 };
 const path = (e, k) => e.moments.map((m, i) => [(i + 1) * data.dt_s, clamped(m[k])]);
 const drawTime = () => {
@@ -55,9 +51,9 @@ const drawTime = () => {
 const showDetail = () => {
   const e = entries[chosen];
   el('label').textContent = e.label;
-  const lines = [['cost', brief(e.ms) + ' ms a frame'], ['error', brief(e.error) + ' mm'],
-    ['distance to the truth', e.distance === null ? 'broke' : `${brief(e.distance)} mm at ${brief(e.farthest_at)} s`],
-    ['farthest body', e.farthest], ['worst step', `${brief(e.step)} mm at ${brief(e.worst_at)} s`],
+  const lines = [['cost', brief(e.ms) + ' ms a frame'], ['error', long(e.error)],
+    ['distance to the truth', e.distance === null ? 'broke' : `${long(e.distance)} at ${brief(e.farthest_at)} s`],
+    ['farthest body', e.farthest], ['worst step', `${long(e.step)} at ${brief(e.worst_at)} s`],
     ['energy from nothing', brief(e.energy) + ' J'], ['dt', brief(e.dt) + ' ms'], ['precision', e.precision],
     ['flags', e.flags || 'none']];
   el('facts').innerHTML = lines.map(([a, b]) => `<dt>${escape(a)}</dt><dd>${escape(b)}</dd>`).join('');
@@ -145,18 +141,20 @@ std::string tiles(const TuneResult& result) {
     const std::optional<std::size_t> choice = tuneChoice(result);
     const std::optional<std::size_t> own = tuneOwn(result);
     const auto figures = [&](const TuneEntry& entry) {
-        return millimetres(tuneError(result, entry)) + " mm for " + briefOrBroke(entry.ms) + " ms a frame";
+        return lengthText(tuneError(result, entry)) + " for " + briefOrBroke(entry.ms) + " ms a frame";
     };
     std::string out = "<div class=\"tiles\">\n";
     out += tile("", "asked",
                 request.budget ? "the best within " + briefOrBroke(1e3 * *request.budget) + " ms"
-                               : "the cheapest within " + millimetres(request.error) + " mm",
+                               : "the cheapest within " + lengthText(request.error),
                 request.budget ? "of processor time for 1/60 s" : "of error");
     out += choice ? tile(" good", "found", result.entries[*choice].setting.label(), figures(result.entries[*choice]))
                   : tile(" bad", "found", "none of " + std::to_string(result.entries.size()) + " settings",
                          "is within what was asked");
     if (own && own != choice) {
-        out += tile("", "the scene's own setting", figures(result.entries[*own]), result.entries[*own].setting.label());
+        TuneSetting setting = result.entries[*own].setting;
+        setting.given = false;  // the head says so
+        out += tile("", "the scene's own setting", setting.label(), figures(result.entries[*own]));
     }
     return out + "</div>\n";
 }
@@ -254,8 +252,8 @@ std::vector<TunePicture> tunePictures(const Scene& scene, const TuneResult& resu
         overlay.heatScale = std::stod(briefOrBroke(1e3 * overlay.heatScale)) / 1e3;
         pictures.push_back(
             {.entry = i,
-             .caption = entry.setting.label() + ", " + briefOrBroke(time) + " s: " + millimetres(worst) +
-                        (byDistance ? " mm from the truth" : " mm of a step's own error"),
+             .caption = entry.setting.label() + ", " + briefOrBroke(time) + " s: " + lengthText(worst) +
+                        (byDistance ? " from the truth" : " of a step's own error"),
              .png = pngBytes(drawer.picture(*simulation, scene, overlay, {.width = 640, .height = 400}))});
     }
     return pictures;
@@ -269,8 +267,8 @@ std::string tunePage(const Scene& scene, const TuneResult& result, const std::ve
                        (request.at > 0 ? " from " + briefOrBroke(request.at) + " s on" : std::string()) +
                        ". The truth is the direct solver in double precision, in steps down to " +
                        briefOrBroke(1e3 * scene.dt / std::max(1, result.truth.divisor)) +
-                       " ms drawn out to steps of no length; it is known to " + millimetres(result.truth.doubt) +
-                       " mm.</p>\n</header>\n";
+                       " ms drawn out to steps of no length; it is known to " + lengthText(result.truth.doubt) +
+                       ".</p>\n</header>\n";
     body += tiles(result);
     if (const std::vector<std::string> notes = tuneNotes(scene, result); !notes.empty()) {
         body += "<div class=\"notes\">\n";
@@ -279,21 +277,24 @@ std::string tunePage(const Scene& scene, const TuneResult& result, const std::ve
         }
         body += "</div>\n";
     }
-    body += "<h2>Error against cost</h2>\n<div class=\"split\">\n<figure class=\"card\"><svg class=\"chart\" "
-            "id=\"frontplot\" role=\"group\" aria-label=\"error against cost\"></svg>\n"
-            "<ul class=\"legend\" id=\"solvers\"></ul>\n<figcaption>Click a point. The line is the front: below and "
-            "left of it nothing was measured. Error: " +
-            std::string(tuneByStep(result) ? "of the worst step"
-                                           : "the worse of the distance to the truth and of any step's own error") +
-            ".</figcaption></figure>\n<div class=\"card\" id=\"detail\" aria-live=\"polite\"><h3 id=\"label\"></h3>\n"
-            "<dl id=\"facts\"></dl>\n<figure id=\"shot\" hidden><img id=\"shotimage\" alt=\"\"><figcaption "
-            "id=\"shottext\"></figcaption></figure>\n<p class=\"soft\" id=\"noshot\">Pictures are taken of the front "
-            "and of the scene's own setting.</p></div>\n</div>\n";
-    body += "<h2>Error over time</h2>\n<figure class=\"card\"><svg class=\"chart\" id=\"timeplot\" role=\"img\" "
-            "aria-label=\"error over time\"></svg>\n<ul class=\"legend\" id=\"times\"></ul></figure>\n";
+    body +=
+        "<h2>Error against cost</h2>\n<div class=\"split\">\n<figure class=\"card\"><svg class=\"chart\" "
+        "id=\"frontplot\" role=\"group\" aria-label=\"error against cost\"></svg>\n"
+        "<ul class=\"legend\" id=\"solvers\"></ul>\n<figcaption>Click a point. The line is the front: below and "
+        "left of it nothing was measured. Error: " +
+        std::string(tuneByStep(result) ? "of the worst step"
+                                       : "the worse of the distance to the truth and of any step's own error") +
+        ".</figcaption></figure>\n<div class=\"card\" id=\"detail\" aria-live=\"polite\"><h3 id=\"label\"></h3>\n"
+        "<dl id=\"facts\"></dl>\n<figure id=\"shot\" hidden><img id=\"shotimage\" alt=\"\"><figcaption "
+        "id=\"shottext\"></figcaption></figure>\n<p class=\"soft\" id=\"noshot\">Pictures are taken of the front "
+        "and of the scene's own setting.</p></div>\n</div>\n";
+    body +=
+        "<h2>Error over time</h2>\n<figure class=\"card\"><svg class=\"chart\" id=\"timeplot\" role=\"img\" "
+        "aria-label=\"error over time\"></svg>\n<ul class=\"legend\" id=\"times\"></ul></figure>\n";
     if (!pictures.empty()) {
-        body += "<h2>The worst moments</h2>\n<p class=\"soft\">Each setting when it erred most; a body's colour is its "
-                "own error, the key says how much the hottest is.</p>\n<div class=\"gallery\">\n";
+        body +=
+            "<h2>The worst moments</h2>\n<p class=\"soft\">Each setting when it erred most; a body's colour is its "
+            "own error, the key says how much the hottest is.</p>\n<div class=\"gallery\">\n";
         for (const TunePicture& picture : pictures) {
             body += "<figure class=\"card pick\" tabindex=\"0\" data-index=\"" + std::to_string(picture.entry) + "\">" +
                     inlinedPng(picture.png, picture.caption) + "<figcaption>" + escapedHtml(picture.caption) +
@@ -302,9 +303,10 @@ std::string tunePage(const Scene& scene, const TuneResult& result, const std::ve
         body += "</div>\n";
     }
     body += settings(scene, result);
-    body += "<h2>All settings</h2>\n<div class=\"tools\"><input type=\"search\" id=\"words\" placeholder=\"filter, for "
-            "example: nncg float\" aria-label=\"filter\"><label><input type=\"checkbox\" id=\"front\"> the front "
-            "alone</label></div>\n<div class=\"card scroll\"><table class=\"sorted\" id=\"settings\">\n<thead><tr>";
+    body +=
+        "<h2>All settings</h2>\n<div class=\"tools\"><input type=\"search\" id=\"words\" placeholder=\"filter, for "
+        "example: nncg float\" aria-label=\"filter\"><label><input type=\"checkbox\" id=\"front\"> the front "
+        "alone</label></div>\n<div class=\"card scroll\"><table class=\"sorted\" id=\"settings\">\n<thead><tr>";
     for (const char* const head :
          {"setting", "ms a frame", "error mm", "distance mm", "step error mm", "dt ms", "precision", "flags"}) {
         body += "<th><button type=\"button\">" + std::string(head) + "</button></th>";
@@ -312,7 +314,7 @@ std::string tunePage(const Scene& scene, const TuneResult& result, const std::ve
     body += "</tr></thead>\n<tbody>\n" + tableRows(scene, result) + "</tbody></table></div>\n";
     body += "<p class=\"soft\">ms: of processor time, of all threads, for 1/60 s of the scene; the least of " +
             std::to_string(request.repeats) +
-            " runs or more. Costs within 5 % of each other count as the same. Click a head to sort, a row to see it "
+            " or more runs. Costs within 5 % of each other count as the same. Click a head to sort, a row to see it "
             "above.</p>\n";
     return html({.title = scene.name + ": error and cost",
                  .body = std::move(body),

@@ -83,7 +83,9 @@ std::string plot(const TuneResult& result) {
     }
     right = std::max(right, left + 0.1);
     top = std::max(top, bottom + 0.1);
-    const auto column = [&](double x) { return static_cast<int>(std::lround((width - 1) * (x - left) / (right - left))); };
+    const auto column = [&](double x) {
+        return static_cast<int>(std::lround((width - 1) * (x - left) / (right - left)));
+    };
     const auto row = [&](double y) { return static_cast<int>(std::lround((height - 1) * (top - y) / (top - bottom))); };
     std::vector<std::string> lines(height, std::string(width, ' '));
     if (result.request.budget) {
@@ -154,8 +156,8 @@ void print(const Scene& scene, const TuneResult& result, bool all) {
     }
     std::stable_sort(shown.begin(), shown.end(),
                      [&](std::size_t a, std::size_t b) { return result.entries[a].ms < result.entries[b].ms; });
-    std::vector<std::vector<std::string>> rows = {
-        {all ? "all settings" : "measured front", "ms a frame", "error mm", "distance mm", "step error mm", "<", "flags<"}};
+    std::vector<std::vector<std::string>> rows = {{all ? "all settings" : "measured front", "ms a frame", "error mm",
+                                                   "distance mm", "step error mm", "<", "flags<"}};
     for (const std::size_t i : shown) {
         const TuneEntry& entry = result.entries[i];
         const bool best = std::find(front.begin(), front.end(), i) != front.end();
@@ -164,8 +166,9 @@ void print(const Scene& scene, const TuneResult& result, bool all) {
                         millimetres(entry.distance), millimetres(entry.step), place, flagsOf(entry)});
     }
     std::printf("%s\n%s\n", table(rows).c_str(), plot(result).c_str());
-    std::printf("ms: processor time for 1/60 s of the scene. error: %s\n",
-                tuneByStep(result) ? "of the worst step" : "the worse of the distance to the truth and of a step's own");
+    std::printf(
+        "ms: processor time for 1/60 s of the scene. error: %s\n",
+        tuneByStep(result) ? "of the worst step" : "the worse of the distance to the truth and of a step's own");
 }
 
 std::string costAndError(const TuneResult& result, const TuneEntry& entry) {
