@@ -84,7 +84,8 @@ nlohmann::ordered_json diagnosisJson(const Diagnosis& diagnosis, double position
                                     {{"gauss_seidel", number(island.sweeps)},
                                      {"jacobi", number(island.jacobiSweeps)},
                                      {"nncg", number(island.conjugateSweeps)}}},
-                                   {"direct_work", number(island.directWork)}});
+                                   {"direct_work", number(island.directWork)},
+                                   {"exact", island.exact}});
     }
     return json;
 }

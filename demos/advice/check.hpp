@@ -13,7 +13,7 @@ std::string bodyName(const Scene& scene, const Simulation& simulation, std::size
 const char* name(FindingKind kind);
 
 // error_m, findings [{kind, text, figure, bodies}], islands [{lowest, bodies, rows, spectral_radius, dominance,
-// sweeps {gauss_seidel, jacobi, nncg}, direct_work}]. `position`: the error (m) that it was asked for.
+// sweeps {gauss_seidel, jacobi, nncg}, direct_work, exact}]. `position`: the error (m) that it was asked for.
 nlohmann::ordered_json diagnosisJson(const Diagnosis& diagnosis, double position, const Scene& scene,
                                      const Simulation& simulation);
 

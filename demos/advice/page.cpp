@@ -1,6 +1,7 @@
 #include <cairn/demos/advice/page.hpp>
 
 #include <unistd.h>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -210,6 +211,25 @@ std::string pngBytes(const Image& image) {
     bytes << std::ifstream(file, std::ios::binary).rdbuf();
     std::filesystem::remove(file);
     return bytes.str();
+}
+
+std::vector<double> stepErrors(const Simulation& simulation) {
+    std::vector<double> errors(simulation.bodyCount(), 0);
+    for (const BodyErrorView& body : simulation.bodyErrors()) {
+        errors[simulation.indexOf(body.id)] = body.position;
+    }
+    return errors;
+}
+
+Image heatPicture(SceneDrawer& drawer, const Simulation& simulation, const Scene& scene, std::vector<double> errors,
+                  const std::string& errorName) {
+    Overlay overlay{.heat = true, .heatScale = 1e-9, .errors = std::move(errors), .errorName = errorName};
+    for (const double error : overlay.errors) {
+        overlay.heatScale = std::isfinite(error) ? std::max(overlay.heatScale, error) : overlay.heatScale;
+    }
+    // Three digits in the picture's key.
+    overlay.heatScale = std::stod(briefOrBroke(1e3 * overlay.heatScale)) / 1e3;
+    return drawer.picture(simulation, scene, overlay, {.width = 640, .height = 400});
 }
 
 std::string inlinedPng(const std::string& png, const std::string& alternative) {

@@ -1,7 +1,7 @@
 #pragma once
 // Pages that need nothing else: style, script, plots and pictures are in the one file, so that it opens without a
 // network and can be sent by mail.
-#include <cairn/render/render.hpp>
+#include <cairn/demos/scene_drawer.hpp>
 #include <nlohmann/json.hpp>
 
 #include <string>
@@ -24,6 +24,11 @@ std::string html(const Page& page);
 std::string escapedHtml(const std::string& text);
 // An <img> with the picture in it.
 std::string inlinedPng(const std::string& png, const std::string& alternative);
+// A picture of the scene with each body coloured by an error of its own, `errors` (m) by Simulation's bodies.
+Image heatPicture(SceneDrawer& drawer, const Simulation& simulation, const Scene& scene, std::vector<double> errors,
+                  const std::string& errorName);
+// m, what a body's contacts and joints add to StepError::position, by Simulation's bodies.
+std::vector<double> stepErrors(const Simulation& simulation);
 // Bytes of a PNG file.
 std::string pngBytes(const Image& image);
 

@@ -93,7 +93,7 @@ double tuneError(const TuneResult& result, const TuneEntry& entry);
 // Of settings that are finite: those that no other beats in both cost and error, cheapest first. Places in
 // TuneResult::entries.
 std::vector<std::size_t> tuneFront(const TuneResult& result);
-// The cheapest within the error, or the best within the budget; empty: there is none. Costs within 5 % of each other
+// The cheapest within the error, or the best within the budget; empty: there is none. Costs within 10 % of each other
 // count as the same: of those the scene's own setting is taken, or else the one that errs least.
 std::optional<std::size_t> tuneChoice(const TuneResult& result);
 // The scene's own setting; empty before it is measured.

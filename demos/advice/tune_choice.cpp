@@ -10,7 +10,7 @@ namespace cairn {
 namespace {
 
 // Costs that differ by less are the same.
-constexpr double sameCost = 1.05;
+constexpr double sameCost = 1.1;
 
 std::string brief(double x) {
     char text[32];
@@ -93,9 +93,10 @@ std::vector<std::string> tuneNotes(const Scene& scene, const TuneResult& result)
     std::vector<std::string> notes;
     if (request.by == TuneBy::Both && tuneByStep(result)) {
         notes.push_back(
-            "The truth is known to " + brief(1e3 * result.truth.doubt) +
-            " mm alone: from here the scene goes another way at any step, and no setting is at fault. Settings "
-            "are judged by their steps' own errors; a shorter --horizon may let the distance count.");
+            "The truth is known to " + brief(1e3 * result.truth.doubt) + " mm alone: steps of " +
+            brief(1e3 * scene.dt / std::max(1, result.truth.divisor)) +
+            " ms still change where bodies go, as impacts and what topples do, and no setting is at fault. "
+            "Settings are judged by their steps' own errors; with a shorter --horizon the distance may count.");
     }
     const std::optional<std::size_t> own = tuneOwn(result);
     if (own && !tuneByStep(result)) {

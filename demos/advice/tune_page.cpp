@@ -1,6 +1,5 @@
 #include <cairn/demos/advice/check.hpp>
 #include <cairn/demos/advice/tune_page.hpp>
-#include <cairn/demos/scene_drawer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -236,25 +235,24 @@ std::vector<TunePicture> tunePictures(const Scene& scene, const TuneResult& resu
         const bool byDistance = !tuneByStep(result) && entry.distance > entry.step;
         const double time = byDistance ? entry.farthestAt : entry.worstAt;
         const std::unique_ptr<Simulation> simulation = tuneReplay(scene, result.request, entry.setting, time);
-        Overlay overlay{.heat = true};
+        std::vector<double> errors;
         if (byDistance) {
             std::vector<Posed> is;
             for (std::size_t k = 0; k < simulation->bodyCount(); ++k) {
                 is.push_back(simulation->pose(k));
             }
             const auto moment = static_cast<std::size_t>(std::lround(time / scene.dt)) - 1;
-            overlay.errors = distances(scene, is, result.truth.poses.at(moment));
-            overlay.errorName = "distance to the truth";
+            errors = distances(scene, is, result.truth.poses.at(moment));
+        } else {
+            errors = stepErrors(*simulation);
         }
+        const Image image = heatPicture(drawer, *simulation, scene, std::move(errors),
+                                        byDistance ? "distance to the truth" : "error of the step");
         const double worst = byDistance ? entry.distance : entry.step;
-        overlay.heatScale = std::isfinite(worst) && worst > 0 ? worst : 1e-6;
-        // Three digits in the picture's key.
-        overlay.heatScale = std::stod(briefOrBroke(1e3 * overlay.heatScale)) / 1e3;
-        pictures.push_back(
-            {.entry = i,
-             .caption = entry.setting.label() + ", " + briefOrBroke(time) + " s: " + lengthText(worst) +
-                        (byDistance ? " from the truth" : " of a step's own error"),
-             .png = pngBytes(drawer.picture(*simulation, scene, overlay, {.width = 640, .height = 400}))});
+        pictures.push_back({.entry = i,
+                            .caption = entry.setting.label() + ", " + briefOrBroke(time) + " s: " + lengthText(worst) +
+                                       (byDistance ? " from the truth" : " of a step's own error"),
+                            .png = pngBytes(image)});
     }
     return pictures;
 }
@@ -314,7 +312,7 @@ std::string tunePage(const Scene& scene, const TuneResult& result, const std::ve
     body += "</tr></thead>\n<tbody>\n" + tableRows(scene, result) + "</tbody></table></div>\n";
     body += "<p class=\"soft\">ms: of processor time, of all threads, for 1/60 s of the scene; the least of " +
             std::to_string(request.repeats) +
-            " or more runs. Costs within 5 % of each other count as the same. Click a head to sort, a row to see it "
+            " or more runs. Costs within 10 % of each other count as the same. Click a head to sort, a row to see it "
             "above.</p>\n";
     return html({.title = scene.name + ": error and cost",
                  .body = std::move(body),

@@ -13,7 +13,7 @@ struct TunePicture {
 };
 
 // Of the scene's own setting and of those on the front, each at its worst moment, bodies coloured by their distance to
-// the truth, or by their depths and gaps where those are the greater error. Throws std::runtime_error if there is no
+// the truth, or by the step's own error where that is the greater. Throws std::runtime_error if there is no
 // OpenGL.
 std::vector<TunePicture> tunePictures(const Scene& scene, const TuneResult& result);
 

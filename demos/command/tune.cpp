@@ -29,15 +29,6 @@ std::string millimetres(double metres) {
     return std::isfinite(metres) ? brief(1e3 * metres) : "broke";
 }
 
-void writeText(const char* option, const std::string& text, const std::string& file) {
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.close();
-    if (!out) {
-        throw InputError(option, file, "the file cannot be written");
-    }
-}
-
 // By another name first: a run that is stopped in the middle of it leaves the last state whole.
 void writeState(const Scene& scene, const TuneResult& result, const std::string& file) {
     writeText("--state", tuneState(scene, result).dump(1) + "\n", file + ".part");

@@ -163,7 +163,7 @@ def check_any(browser, name, folder):
     check(not errors, f"the console says {errors}")
 
 
-def check_tune(browser, folder, result):
+def check_tune(browser, result):
     browser.screen(1280, 900)
     shown = browser.run("return [...document.querySelectorAll('#frontplot .point')].length")
     check(shown == len(result["entries"]), f"{shown} points for {len(result['entries'])} settings")
@@ -205,6 +205,24 @@ def check_tune(browser, folder, result):
     check(values == sorted(values) and len(values) == len(result["entries"]), f"sorted by error: {values}")
 
 
+def check_bench(browser, result):
+    browser.screen(1280, 900)
+    scenes = result["scenes"]
+    check(browser.run("return document.querySelectorAll('#allplot .point').length") == len(scenes), "points are missing")
+    for k, scene in enumerate(scenes):
+        browser.click(f"#scenes tr[data-index='{k}'] td")
+        label, width, steps, row = browser.run("""
+            return [document.querySelector('#label').textContent, document.querySelector('#shotimage').naturalWidth,
+                    document.querySelector('#msplot polyline').getAttribute('points').split(' ').length,
+                    document.querySelector('#scenes tr.on').cells[0].textContent]""")
+        check(label == row == scene["scene"], f"a click on {scene['scene']} shows {label}, marks {row}")
+        check(width == 640, "its picture is broken")
+        check(steps == scene["steps"], f"{steps} of {scene['steps']} steps are drawn")
+    ratios = browser.run("return [...document.querySelectorAll('#scenes tbody tr')]"
+                         ".map(r => [Number(r.cells[3].dataset.value), r.cells[4].textContent])")
+    check(all(ratio > 0 and work == "the same" for ratio, work in ratios), f"against itself: {ratios}")
+
+
 def main():
     cairn, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     chromium = shutil.which("chromium")
@@ -217,11 +235,19 @@ def main():
     page = folder / "tune.html"
     subprocess.run([cairn, "tune", "tower", "--set", "n=5", "--set", "ratio=20", "--quick", "--repeats", "1",
                     "--html", page, "--json", folder / "tune.json"], check=True, stdout=subprocess.DEVNULL)
+    bench = folder / "bench.html"
+    command = [cairn, "bench", "tower", "bounce", "ragdoll", "--seconds", "0.3", "--repeats", "1"]
+    subprocess.run([*command, "--json", folder / "before.json"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([*command, "--baseline", folder / "before.json", "--html", bench, "--json", folder / "bench.json"],
+                   check=True, stdout=subprocess.DEVNULL)
     browser = Browser(driver, chromium, folder / "profile")
     try:
         browser.call("POST", "/url", {"url": page.resolve().as_uri()})
         check_any(browser, "tune", folder)
-        check_tune(browser, folder, json.loads((folder / "tune.json").read_text()))
+        check_tune(browser, json.loads((folder / "tune.json").read_text()))
+        browser.call("POST", "/url", {"url": bench.resolve().as_uri()})
+        check_any(browser, "bench", folder)
+        check_bench(browser, json.loads((folder / "bench.json").read_text()))
     finally:
         browser.close()
     print(f"pictures are in {folder}")
