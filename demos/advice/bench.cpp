@@ -8,8 +8,7 @@
 namespace cairn {
 
 double BenchEntry::meanMs() const {
-    return stepMs.empty() ? 0
-                          : std::accumulate(stepMs.begin(), stepMs.end(), 0.0) / static_cast<double>(stepMs.size());
+    return stepMs.empty() ? 0 : std::accumulate(stepMs.begin(), stepMs.end(), 0.0) / static_cast<double>(stepMs.size());
 }
 
 double BenchEntry::percentileMs(double share) const {

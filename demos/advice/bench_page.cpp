@@ -90,12 +90,11 @@ Json dataOf(const std::vector<BenchEntry>& entries) {
 }
 
 std::string tableOf(const std::vector<BenchEntry>& entries, const std::vector<std::optional<BenchBefore>>& before) {
-    const bool compared =
-        std::any_of(before.begin(), before.end(), [](const auto& one) { return one.has_value(); });
+    const bool compared = std::any_of(before.begin(), before.end(), [](const auto& one) { return one.has_value(); });
     std::string out = "<div class=\"card scroll\"><table class=\"sorted\" id=\"scenes\">\n<thead><tr>";
-    std::vector<std::string> heads = {"scene",         "bodies",           "ms a step",    "median ms",   "99 % ms",
-                                      "worst step mm", "penetration mm",   "joint gap mm", "rows a step", "pairs a step",
-                                      "flags"};
+    std::vector<std::string> heads = {"scene",       "bodies",        "ms a step",      "median ms",
+                                      "99 % ms",     "worst step mm", "penetration mm", "joint gap mm",
+                                      "rows a step", "pairs a step",  "flags"};
     if (compared) {
         heads.insert(heads.begin() + 3, {"times before", "work"});
     }
@@ -108,8 +107,8 @@ std::string tableOf(const std::vector<BenchEntry>& entries, const std::vector<st
         out += "<tr tabindex=\"0\" data-index=\"" + std::to_string(i) + "\"><td>" + escapedHtml(entry.scene) + "</td>" +
                numberCell(entry.bodies) + numberCell(entry.meanMs());
         if (compared && before[i]) {
-            out += numberCell(entry.meanMs() / before[i]->ms) + "<td>" +
-                   (before[i]->same ? "the same" : "another") + "</td>";
+            out += numberCell(entry.meanMs() / before[i]->ms) + "<td>" + (before[i]->same ? "the same" : "another") +
+                   "</td>";
         } else if (compared) {
             out += "<td data-value=\"1e300\"></td><td></td>";
         }
@@ -126,24 +125,26 @@ std::string tableOf(const std::vector<BenchEntry>& entries, const std::vector<st
 
 std::string benchPage(const std::vector<Scene>& scenes, const std::vector<BenchEntry>& entries,
                       const std::vector<std::optional<BenchBefore>>& before, Precision precision) {
-    std::string body = "<header>\n<p class=\"kicker\">cairn bench</p>\n<h1>What " +
-                       std::to_string(entries.size()) + (entries.size() == 1 ? " scene costs" : " scenes cost") +
+    std::string body = "<header>\n<p class=\"kicker\">cairn bench</p>\n<h1>What " + std::to_string(entries.size()) +
+                       (entries.size() == 1 ? " scene costs" : " scenes cost") +
                        "</h1>\n<p class=\"lead\">As they are, in " + name(precision) +
                        " precision: processor time, of all threads, of each step, and the error that each step "
                        "reports.</p>\n</header>\n";
-    body += "<h2>Error against cost</h2>\n<div class=\"split\">\n<figure class=\"card\"><svg class=\"chart\" "
-            "id=\"allplot\" role=\"group\" aria-label=\"error against cost\"></svg>\n<figcaption>A point a scene; click "
-            "one. Orange: steps were flagged. Errors below 1 nm are drawn there.</figcaption></figure>\n"
-            "<div class=\"card\" id=\"detail\" aria-live=\"polite\"><h3 id=\"label\"></h3>\n<dl id=\"facts\"></dl>\n"
-            "<figure id=\"shot\"><img id=\"shotimage\" alt=\"\"><figcaption id=\"shottext\"></figcaption></figure></div>"
-            "\n</div>\n<h2 id=\"stepsof\"></h2>\n<div class=\"split\">\n<figure class=\"card\"><svg class=\"chart\" "
-            "id=\"msplot\" role=\"img\" aria-label=\"cost of each step\"></svg></figure>\n<figure class=\"card\">"
-            "<svg class=\"chart\" id=\"errorplot\" role=\"img\" aria-label=\"error of each step\"></svg></figure>\n"
-            "</div>\n<h2>All scenes</h2>\n" +
-            tableOf(entries, before);
+    body +=
+        "<h2>Error against cost</h2>\n<div class=\"split\">\n<figure class=\"card\"><svg class=\"chart\" "
+        "id=\"allplot\" role=\"group\" aria-label=\"error against cost\"></svg>\n<figcaption>A point a scene; click "
+        "one. Orange: steps were flagged. Errors below 1 nm are drawn there.</figcaption></figure>\n"
+        "<div class=\"card\" id=\"detail\" aria-live=\"polite\"><h3 id=\"label\"></h3>\n<dl id=\"facts\"></dl>\n"
+        "<figure id=\"shot\"><img id=\"shotimage\" alt=\"\"><figcaption id=\"shottext\"></figcaption></figure></div>"
+        "\n</div>\n<h2 id=\"stepsof\"></h2>\n<div class=\"split\">\n<figure class=\"card\"><svg class=\"chart\" "
+        "id=\"msplot\" role=\"img\" aria-label=\"cost of each step\"></svg></figure>\n<figure class=\"card\">"
+        "<svg class=\"chart\" id=\"errorplot\" role=\"img\" aria-label=\"error of each step\"></svg></figure>\n"
+        "</div>\n<h2>All scenes</h2>\n" +
+        tableOf(entries, before);
     if (std::any_of(before.begin(), before.end(), [](const auto& one) { return one && !one->same; })) {
-        body += "<p class=\"soft\">Another work: the steps have other rows or pairs than before, so that the ratio is "
-                "not of speed alone.</p>\n";
+        body +=
+            "<p class=\"soft\">Another work: the steps have other rows or pairs than before, so that the ratio is "
+            "not of speed alone.</p>\n";
     }
     body += "<h2>The worst steps</h2>\n<div class=\"gallery\">\n";
     SceneDrawer drawer;
@@ -157,10 +158,11 @@ std::string benchPage(const std::vector<Scene>& scenes, const std::vector<BenchE
         }
         const std::string caption =
             entry.scene + ", " + briefOrBroke(entry.errorAt()) + " s: " + lengthText(entry.error());
-        body += "<figure class=\"card pick\" tabindex=\"0\" data-index=\"" + std::to_string(i) + "\">" +
-                inlinedPng(pngBytes(heatPicture(drawer, *simulation, scene, stepErrors(*simulation), "error of the step")),
-                           caption) +
-                "<figcaption>" + escapedHtml(caption) + "</figcaption></figure>\n";
+        body +=
+            "<figure class=\"card pick\" tabindex=\"0\" data-index=\"" + std::to_string(i) + "\">" +
+            inlinedPng(pngBytes(heatPicture(drawer, *simulation, scene, stepErrors(*simulation), "error of the step")),
+                       caption) +
+            "<figcaption>" + escapedHtml(caption) + "</figcaption></figure>\n";
     }
     body += "</div>\n";
     return html({.title = "What scenes cost", .body = std::move(body), .data = dataOf(entries), .script = script});

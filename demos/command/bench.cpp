@@ -73,7 +73,8 @@ void print(const std::vector<BenchEntry>& entries, const std::vector<std::option
     std::printf("%s\nms: processor time of all threads; rows and pairs looked at: of a step, in the mean\n",
                 table(rows).c_str());
     if (compared) {
-        std::printf("work: other where rows or pairs are not those of before, so that the ratio is not of speed alone\n");
+        std::printf(
+            "work: other where rows or pairs are not those of before, so that the ratio is not of speed alone\n");
     }
 }
 
