@@ -112,7 +112,7 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
 
     std::vector<double> heat;
     if (overlay.heat) {
-        heat = worstErrors(simulation);
+        heat = overlay.errors.empty() ? worstErrors(simulation) : overlay.errors;
     }
     for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
         const BodyDef& body = scene.bodies[i];
@@ -201,7 +201,8 @@ Image SceneDrawer::picture(const Simulation& simulation, const Scene& scene, con
     if (overlay.heat) {
         std::ostringstream hottest;
         hottest << 1e3 * overlay.heatScale << " mm";
-        drawLegend(image, "worst penetration or joint gap", "0", hottest.str());
+        drawLegend(image, overlay.errors.empty() ? "worst penetration or joint gap" : overlay.errorName, "0",
+                   hottest.str());
     }
     return image;
 }

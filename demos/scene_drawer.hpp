@@ -11,6 +11,9 @@ struct Overlay {
     bool joints = false;      // a dot at each joint, its axis, and a line where it has come apart
     bool heat = false;        // bodies coloured by their worst penetration or joint gap, with a key
     double heatScale = 0.01;  // m, error that gets the hottest colour
+    // m, of each of Simulation's bodies: an error to colour by in place of theirs, and what the key calls it.
+    std::vector<double> errors = {};
+    std::string errorName = {};
 };
 
 // "contacts,heat" -> Overlay. Throws InputError naming the nearest known word.

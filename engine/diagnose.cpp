@@ -1,5 +1,6 @@
 #include <cairn/engine/diagnose.hpp>
 #include <cairn/engine/forecast.hpp>
+#include <cairn/engine/solvers/auto.hpp>
 #include <cairn/engine/solvers/direct.hpp>
 #include <cairn/engine/world_impl.hpp>
 
@@ -28,13 +29,15 @@ format(const char* pattern, ...) {
 }
 
 // What counts as hard.
-constexpr double heavy = 10;            // mass ratio of neighbours
+constexpr double heavy = 10;            // mass ratio of neighbours, where sweeps feel it already
+constexpr double veryHeavy = 100;       // and where they will, once there is a load
+constexpr double fewSweeps = 20;        // anyone gives these a step
 constexpr double manySweeps = 100;      // of a plain sweep; nobody gives more a step
 constexpr double phase = 0.6;           // rad a sub-step, of a spring: ten steps a period
 constexpr double deep = 0.001;          // m
 constexpr double flat = 1e-3;           // least over greatest moment of inertia
 constexpr double largeBody = 50;        // m
-constexpr double lightest = 5;          // kg/m3: lighter than foam
+constexpr double lightest = 0.5;        // kg/m3: half of air; crates of 1 kg in 1 m3 are common, and harmless
 constexpr double densest = 23000;       // kg/m3: denser than osmium
 constexpr double strongGravity = 50;    // m/s2
 constexpr Eigen::Index mostRows = 600;  // of joints, for which redundancy is looked for
@@ -86,7 +89,6 @@ private:
         const BodyDef& def = bodies_[body].def;
         return def.name.empty() ? "body " + std::to_string(body) : "\"" + def.name + "\"";
     }
-    bool solvesExactly() const { return def_.solver.name == "auto" || def_.solver.name == "direct"; }
     double substep() const { return dt_ / std::max(1, def_.solver.substeps); }
 
     void lookAtBody(std::uint32_t index) {
@@ -146,9 +148,10 @@ private:
     // The worst neighbours, and what the island as a whole asks of sweeps.
     void lookAtMasses(const Island<S>& island, const IslandForecast& forecast) {
         double worst = 0;
+        bool joined = false;
         std::uint32_t light = 0;
         std::uint32_t load = 0;
-        const auto ask = [&](int a, int b, bool upwards) {
+        const auto ask = [&](int a, int b, bool isJoint) {
             const SolverBody<S>& one = island.bodies[static_cast<std::size_t>(a)];
             const SolverBody<S>& other = island.bodies[static_cast<std::size_t>(b)];
             if (one.fixed || other.fixed) {
@@ -159,61 +162,87 @@ private:
             const double above =
                 -def_.gravity.dot((heavier.pose.position - lighter.pose.position).template cast<double>());
             const double ratio = static_cast<double>(heavier.mass / lighter.mass);
-            if (ratio > worst && (!upwards || above > 0)) {
+            if (ratio > worst && (isJoint || above > 0)) {
                 worst = ratio;
+                joined = isJoint;
                 light = lighter.index;
                 load = heavier.index;
             }
         };
         for (const auto& link : island.patches) {
-            ask(link.a, link.b, true);
-        }
-        for (const auto& link : island.joints) {
             ask(link.a, link.b, false);
         }
+        for (const auto& link : island.joints) {
+            ask(link.a, link.b, true);
+        }
+        const bool slack = forecast.sweeps <= fewSweeps;
         const std::string sweeps =
-            format("for %.3g mm, plain sweeps would need about %.0f a step, conjugate ones (nncg) %s", 1e3 * position_,
-                   std::ceil(forecast.sweeps),
-                   std::isfinite(forecast.conjugateSweeps) ? format("%.0f", std::ceil(forecast.conjugateSweeps)).c_str()
-                                                           : "over a thousand");
-        const std::string remedy = solvesExactly() ? def_.solver.name + " solves this exactly, nothing needs to be done"
-                                                   : std::string("use the solver auto, which solves this exactly");
-        if (worst >= heavy) {
+            slack ? "little load goes through it in the next step; once it does, plain sweeps converge slowly"
+                  : format("for %.3g mm, plain sweeps would need about %.0f a step, conjugate ones (nncg) %s",
+                           1e3 * position_, std::ceil(forecast.sweeps),
+                           std::isfinite(forecast.conjugateSweeps)
+                               ? format("%.0f", std::ceil(forecast.conjugateSweeps)).c_str()
+                               : "over a thousand");
+        if (worst >= veryHeavy || (worst >= heavy && !slack)) {
             add(FindingKind::MassRatio, {load, light}, worst,
-                format("%s (%.4g kg) bears on %s (%.4g kg), %.4g to 1: %s; %s.", nameOf(load).c_str(),
-                       static_cast<double>(bodies_[load].mass), nameOf(light).c_str(),
-                       static_cast<double>(bodies_[light].mass), worst, sweeps.c_str(), remedy.c_str()));
-        } else if (forecast.sweeps > manySweeps) {
+                format("%s (%.4g kg) %s %s (%.4g kg), %.4g to 1: %s; %s.", nameOf(load).c_str(),
+                       static_cast<double>(bodies_[load].mass), joined ? "is joined to" : "bears on",
+                       nameOf(light).c_str(), static_cast<double>(bodies_[light].mass), worst, sweeps.c_str(),
+                       remedy(forecast).c_str()));
+        } else if (forecast.sweeps > manySweeps && !forecast.exact) {
             add(FindingKind::SlowSweeps, {forecast.lowest.index}, forecast.sweeps,
                 format("The island of %d bodies and %d rows about %s: %s; %s.", forecast.bodies, forecast.rows,
-                       nameOf(forecast.lowest.index).c_str(), sweeps.c_str(), remedy.c_str()));
+                       nameOf(forecast.lowest.index).c_str(), sweeps.c_str(), remedy(forecast).c_str()));
         }
     }
+    std::string remedy(const IslandForecast& forecast) const {
+        if (forecast.exact) {
+            return def_.solver.name + " solves this exactly, nothing needs to be done";
+        }
+        if (def_.solver.name == "auto") {
+            return format(
+                "auto sweeps an island of this size too: a directWork of the solver above %.2g has it solved "
+                "exactly, at that price",
+                forecast.directWork);
+        }
+        return "use the solver auto, which solves this exactly where it can";
+    }
 
+    // One sentence an island, about the worst: what is woven of springs has thousands alike.
     void lookAtSprings(const Island<S>& island) {
+        double worst = 0;  // rad/s
+        std::size_t at = 0;
+        int fast = 0;
         for (std::size_t k = 0; k < island.joints.size(); ++k) {
             const RowBlock<S>& block = island.blocks[k];
-            double worst = 0;
+            double quickest = 0;
             for (int r = block.first; r < block.first + block.count; ++r) {
                 const Row<S>& row = island.rows[static_cast<std::size_t>(r)];
                 if (row.compliance > S(0)) {
                     const S mobility = island.responses[static_cast<std::size_t>(r)].mobility;
-                    worst = std::max(worst, std::sqrt(static_cast<double>(mobility / row.compliance)));
+                    quickest = std::max(quickest, std::sqrt(static_cast<double>(mobility / row.compliance)));
                 }
             }
-            if (worst * substep() > phase) {
-                const auto& link = island.joints[k];
-                const std::uint32_t a = island.bodies[static_cast<std::size_t>(link.a)].index;
-                const std::uint32_t b = island.bodies[static_cast<std::size_t>(link.b)].index;
-                const double cycles = worst / (2 * std::numbers::pi);
-                add(FindingKind::StiffSpring, {a, b}, worst * substep() / (2 * std::numbers::pi),
-                    format(
-                        "The spring between %s and %s swings %.3g times a second, and a sub-step of %.2g s sees %.2g "
-                        "of a period: it stays stable, but its swing dies out; take sub-steps of %.1g s, or make "
-                        "the joint rigid.",
-                        nameOf(a).c_str(), nameOf(b).c_str(), cycles, substep(), cycles * substep(), phase / worst));
+            fast += quickest * substep() > phase ? 1 : 0;
+            if (quickest > worst) {
+                worst = quickest;
+                at = k;
             }
         }
+        if (fast == 0) {
+            return;
+        }
+        const auto& link = island.joints[at];
+        const std::uint32_t a = island.bodies[static_cast<std::size_t>(link.a)].index;
+        const std::uint32_t b = island.bodies[static_cast<std::size_t>(link.b)].index;
+        const double cycles = worst / (2 * std::numbers::pi);
+        add(FindingKind::StiffSpring, {a, b}, worst * substep() / (2 * std::numbers::pi),
+            format(
+                "%s between %s and %s%s swings %.3g times a second, and a sub-step of %.2g s sees %.2g of a period: it "
+                "stays stable, but its swing dies out; if that swing matters, take sub-steps of %.1g s, or else make "
+                "the joint rigid.",
+                fast == 1 ? "The spring" : format("The fastest of %d springs,", fast).c_str(), nameOf(a).c_str(),
+                nameOf(b).c_str(), fast == 1 ? "" : ",", cycles, substep(), cycles * substep(), phase / worst));
     }
 
     void lookAtOverlaps(const Island<S>& island) {
@@ -320,11 +349,14 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
     Doctor<S> doctor(def, bodies, dt, position);
     doctor.lookAtWorld();
     const Direct<S> direct(settings());
+    const Auto<S> chooser(settings());
     for (Island<S>& island : parts.awake()) {
         const double work = direct.predictCost(island).factor;
         IslandForecast& one = diagnosis.islands.emplace_back(forecast(island, dt, position));
         one.lowest = bodies.idAt(island.bodies.front().index);
         one.directWork = work;
+        chooser.substeps(island, dt);  // decides whether to sweep
+        one.exact = def.solver.name == "direct" || (def.solver.name == "auto" && !island.sweeps);
         doctor.lookAtIsland(island, one);
     }
     diagnosis.findings = doctor.findings();

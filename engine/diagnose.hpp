@@ -34,6 +34,7 @@ struct IslandForecast {
     double jacobiSweeps = 0;  // of Jacobi with masses split
     double conjugateSweeps = 0;  // of nncg
     double directWork = 0;       // block multiply-adds of `direct`
+    bool exact = false;          // whether the world's solver solves it exactly, as `direct` does and `auto` mostly
 };
 
 struct Diagnosis {

@@ -16,6 +16,8 @@ packages=(
     libgtest-dev libbenchmark-dev
     # Engines that are only measured against (cairn compare).
     libbullet-dev libode-dev libmujoco-dev
+    # The pages that `cairn tune` and `cairn bench` write, opened by a test.
+    chromium chromium-driver python3
 )
 
 missing=()

@@ -16,7 +16,10 @@ Json number(double x) {
 }  // namespace
 
 std::string bodyName(const Scene& scene, const Simulation& simulation, BodyId id) {
-    const std::size_t index = simulation.indexOf(id);
+    return bodyName(scene, simulation, simulation.indexOf(id));
+}
+
+std::string bodyName(const Scene& scene, const Simulation& simulation, std::size_t index) {
     if (index < scene.bodies.size()) {
         const std::string& given = scene.bodies[index].name;
         return given.empty() ? "body " + std::to_string(index) : given;
@@ -81,7 +84,8 @@ nlohmann::ordered_json diagnosisJson(const Diagnosis& diagnosis, double position
                                     {{"gauss_seidel", number(island.sweeps)},
                                      {"jacobi", number(island.jacobiSweeps)},
                                      {"nncg", number(island.conjugateSweeps)}}},
-                                   {"direct_work", number(island.directWork)}});
+                                   {"direct_work", number(island.directWork)},
+                                   {"exact", island.exact}});
     }
     return json;
 }

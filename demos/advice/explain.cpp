@@ -157,7 +157,8 @@ void look(Seen& seen, const Simulation& simulation) {
 struct Variant {
     Scene scene;
     Repeats seconds = {};
-    double rows = 0;  // summed over the steps
+    double rows = 0;   // this and the next: summed over the steps
+    double looks = 0;  // at pairs, by the narrow phase
 };
 
 void runOnce(Variant& variant, Precision precision, int steps, Seen* seen) {
@@ -170,11 +171,13 @@ void runOnce(Variant& variant, Precision precision, int steps, Seen* seen) {
         const std::unique_ptr<Simulation> simulation = makeSimulation(variant.scene, precision);
         double seconds = 0;
         variant.rows = 0;
+        variant.looks = 0;
         for (int i = 0; i < steps; ++i) {
             const double start = cpuSeconds();
             const StepReport& report = simulation->step(variant.scene.dt);
             seconds += cpuSeconds() - start;
             variant.rows += report.counts.rows;
+            variant.looks += report.counts.pairs - report.counts.carriedPairs;
             if (seen != nullptr && k == 0) {
                 look(*seen, *simulation);
             }
@@ -379,6 +382,7 @@ SceneExplanation explain(const Scene& given, Precision precision, double seconds
                             .ms = ms * base.seconds.least(),
                             .noise = ms * base.seconds.noise(),
                             .rows = base.rows / steps,
+                            .looks = base.looks / steps,
                             .features = {}};
     auto variant = variants.begin();
     for (Feature& feature : features) {
@@ -388,6 +392,7 @@ SceneExplanation explain(const Scene& given, Precision precision, double seconds
             one.ms = ms * (base.seconds.least() - variant->seconds.least());
             one.noise = ms * (base.seconds.noise() + variant->seconds.noise());
             one.rows = (base.rows - variant->rows) / steps;
+            one.looks = (base.looks - variant->looks) / steps;
             ++variant;
         }
         result.features.push_back(std::move(one));
@@ -400,7 +405,7 @@ nlohmann::ordered_json toJson(const SceneExplanation& explanation) {
     using Json = nlohmann::ordered_json;
     Json json = {{"scene", explanation.scene},     {"seconds", explanation.seconds}, {"steps", explanation.steps},
                  {"repeats", explanation.repeats}, {"ms_per_step", explanation.ms},  {"noise_ms", explanation.noise},
-                 {"rows", explanation.rows},       {"features", Json::array()}};
+                 {"rows", explanation.rows},       {"looks", explanation.looks},     {"features", Json::array()}};
     for (const Explanation& one : explanation.features) {
         const auto measured = [&](auto value) { return one.measured ? Json(value) : Json(nullptr); };
         json["features"].push_back({{"feature", one.feature},
@@ -409,7 +414,8 @@ nlohmann::ordered_json toJson(const SceneExplanation& explanation) {
                                     {"ms", measured(one.ms)},
                                     {"noise_ms", measured(one.noise)},
                                     {"within_noise", measured(one.withinNoise())},
-                                    {"rows", measured(one.rows)}});
+                                    {"rows", measured(one.rows)},
+                                    {"looks", measured(one.looks)}});
     }
     return json;
 }

@@ -16,6 +16,7 @@ struct Explanation {
     double ms = 0;          // a step, CPU: with it less without it; negative: it saves
     double noise = 0;       // ms a step, of the repeats: a smaller change means nothing
     double rows = 0;        // a step, with it less without it
+    double looks = 0;       // of the narrow phase at a pair, a step, with it less without it
     bool withinNoise() const { return ms <= noise && ms >= -noise; }
 };
 
@@ -27,6 +28,7 @@ struct SceneExplanation {
     double ms = 0;     // a step, as the scene is
     double noise = 0;  // ms a step
     double rows = 0;   // a step, mean
+    double looks = 0;  // of the narrow phase at a pair, a step, mean
     std::vector<Explanation> features;
 };
 
@@ -36,8 +38,8 @@ struct SceneExplanation {
 SceneExplanation explain(const Scene& scene, Precision precision, double seconds, int repeats = 3,
                          const std::function<void(double)>& tell = {});
 
-// scene, seconds, steps, ms_per_step, noise_ms, rows, features [{feature, on, why, ms, noise_ms, within_noise, rows}];
-// of what is off the measured ones are null.
+// scene, seconds, steps, repeats, ms_per_step, noise_ms, rows, looks, features [{feature, on, why, ms, noise_ms,
+// within_noise, rows, looks}]; of what is off the measured ones are null.
 nlohmann::ordered_json toJson(const SceneExplanation& explanation);
 
 }  // namespace cairn

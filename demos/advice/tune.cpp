@@ -11,7 +11,7 @@ namespace {
 constexpr double frame = 1.0 / 60;  // s, that costs are stated for
 
 // Truth: where it begins, and where it is given up that shorter steps change less than a quarter of the error asked.
-constexpr int firstDivisor = 4;
+constexpr int firstDivisor = 2;
 constexpr int plainDivisor = 8;
 constexpr int mostDivisor = 64;
 
@@ -71,42 +71,113 @@ std::unique_ptr<Simulation> begin(const Scene& scene, const TuneRequest& request
     return simulation;
 }
 
-double farthest(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+// What turns about a body's centre of mass is worth a way at its radius of gyration. m
+struct Extent {
+    Vec3d centre = Vec3d::Zero();  // of mass, body frame
+    double gyration = 0;
+};
+
+Extent extentOf(const BodyDef& body) {
+    if (body.type == BodyType::Static || body.particle) {
+        return {};
+    }
+    Extent extent;
+    if (!body.shapes.empty()) {
+        const MassProperties mass = massProperties(body.shapes);
+        if (mass.mass > 0) {
+            extent = {mass.centre, std::sqrt(mass.inertia.diagonal().maxCoeff() / mass.mass)};
+        }
+    }
+    if (body.mass > 0 && body.inertia.maxCoeff() > 0) {
+        extent.gyration = std::sqrt(body.inertia.maxCoeff() / body.mass);
+    }
+    return extent;
+}
+
+// rad
+double turnBetween(const Quatd& a, const Quatd& b) {
+    const Quatd turn = a.conjugate() * b;
+    return 2 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
+}
+
+std::vector<Posed> posesOf(const Simulation& simulation) {
+    std::vector<Posed> poses;
+    for (std::size_t i = 0; i < simulation.bodyCount(); ++i) {
+        poses.push_back(simulation.pose(i));
+    }
+    return poses;
+}
+
+using Path = std::vector<std::vector<Posed>>;  // by step of the scene, then by body
+
+// To steps of no length: what errs in proportion to the step's length is gone.
+Path drawnOut(const Path& coarse, const Path& fine) {
+    Path path = fine;
+    for (std::size_t k = 0; k < fine.size(); ++k) {
+        for (std::size_t i = 0; i < fine[k].size(); ++i) {
+            const Posed& from = coarse[k][i];
+            Posed& to = path[k][i];
+            to.position += to.position - from.position;
+            to.rotation = (to.rotation * (from.rotation.conjugate() * to.rotation)).normalized();
+        }
+    }
+    return path;
+}
+
+double farthest(const Scene& scene, const Path& a, const Path& b) {
     double worst = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        const double distance = (a[i] - b[i]).norm();
-        worst = std::isnan(distance) ? std::numeric_limits<double>::infinity() : std::max(worst, distance);
+    for (std::size_t k = 0; k < a.size(); ++k) {
+        for (const double distance : distances(scene, a[k], b[k])) {
+            worst = std::isnan(distance) ? std::numeric_limits<double>::infinity() : std::max(worst, distance);
+        }
     }
     return worst;
 }
 
-// Of bodies that no force moves too: they are where they are said to be.
-std::vector<Vec3d> positionsOf(const Simulation& simulation) {
-    std::vector<Vec3d> positions;
-    for (std::size_t i = 0; i < simulation.bodyCount(); ++i) {
-        positions.push_back(simulation.pose(i).position);
-    }
-    return positions;
-}
-
 TuneTruth findTruth(const Scene& scene, const TuneRequest& request) {
     TuneTruth truth;
+    Path before;
     for (int divisor = firstDivisor; divisor <= mostDivisor; divisor *= 2) {
         const std::unique_ptr<Simulation> simulation = settle(scene, request.at, Precision::Double, true);
         simulation->setSolver({.name = "direct"});
         simulation->setAccuracy({});
         truth.flags = 0;
-        for (int i = 0; i < divisor * stepsOf(scene, request.horizon); ++i) {
+        Path path;
+        for (int i = 1; i <= divisor * stepsOf(scene, request.horizon); ++i) {
             truth.flags |= simulation->step(scene.dt / divisor).flags;
+            if (i % divisor == 0) {
+                path.push_back(posesOf(*simulation));
+            }
         }
-        const std::vector<Vec3d> before = std::exchange(truth.positions, positionsOf(*simulation));
+        if (!before.empty()) {
+            Path drawn = drawnOut(before, path);
+            truth.doubt =
+                truth.poses.empty() ? std::numeric_limits<double>::infinity() : farthest(scene, truth.poses, drawn);
+            truth.poses = std::move(drawn);
+        }
+        before = std::move(path);
         truth.divisor = divisor;
-        truth.doubt = farthest(before, truth.positions);
         if (divisor >= plainDivisor && truth.doubt <= request.error / 4) {
             break;
         }
     }
     return truth;
+}
+
+// Once more, with an eye on what comes out.
+void follow(TuneEntry& entry, const Scene& scene, const std::vector<Posed>& should, const Simulation& simulation,
+            double time) {
+    TuneMoment& moment = entry.moments.back();
+    const std::vector<double> apart = distances(scene, posesOf(simulation), should);
+    for (std::size_t i = 0; i < apart.size(); ++i) {
+        const double distance = std::isnan(apart[i]) ? std::numeric_limits<double>::infinity() : apart[i];
+        moment.distance = std::max(moment.distance, distance);
+        if (distance > entry.distance) {
+            entry.distance = distance;
+            entry.farthest = i;
+            entry.farthestAt = time;
+        }
+    }
 }
 
 TuneEntry measure(const Scene& scene, const TuneRequest& request, const TuneSetting& setting, const TuneTruth& truth) {
@@ -122,17 +193,26 @@ TuneEntry measure(const Scene& scene, const TuneRequest& request, const TuneSett
             const double start = cpuSeconds();
             const StepReport& report = simulation->step(dt);
             seconds += cpuSeconds() - start;
+            // Steps are the same bits in every run.
+            if (run > 0) {
+                continue;
+            }
+            if (i % setting.divisor == 1 || setting.divisor == 1) {
+                entry.moments.emplace_back();
+            }
             entry.flags |= report.flags;
+            entry.energy += report.error.energyGained;
+            entry.moments.back().step = std::max(entry.moments.back().step, report.error.position);
             if (report.error.position > entry.step) {
                 entry.step = report.error.position;
                 entry.worstAt = i * dt;
             }
+            if (i % setting.divisor == 0) {
+                follow(entry, scene, truth.poses[entry.moments.size() - 1], *simulation, i * dt);
+            }
         }
         spent += seconds;
         least = std::min(least, seconds);
-        if (run == 0) {
-            entry.distance = farthest(positionsOf(*simulation), truth.positions);
-        }
     }
     entry.finite = (entry.flags & FlagNonFinite) == 0 && std::isfinite(entry.distance) && std::isfinite(entry.step);
     entry.ms = 1e3 * least * frame / (steps * dt);
@@ -160,8 +240,14 @@ void require(const TuneRequest& request, const Scene& scene) {
 
 }  // namespace
 
-double TuneEntry::error() const {
-    return finite ? std::max(distance, step) : std::numeric_limits<double>::infinity();
+std::vector<double> distances(const Scene& scene, const std::vector<Posed>& is, const std::vector<Posed>& should) {
+    std::vector<double> all(is.size(), 0);
+    for (std::size_t i = 0; i < is.size(); ++i) {
+        const Extent extent = i < scene.bodies.size() ? extentOf(scene.bodies[i]) : Extent{};
+        all[i] = (is[i] * extent.centre - should[i] * extent.centre).norm() +
+                 extent.gyration * turnBetween(is[i].rotation, should[i].rotation);
+    }
+    return all;
 }
 
 void tune(const Scene& scene, TuneResult& result, const std::function<void(int, int)>& finished) {
@@ -174,7 +260,7 @@ void tune(const Scene& scene, TuneResult& result, const std::function<void(int, 
             finished(++done, total);
         }
     };
-    if (result.truth.positions.empty()) {
+    if (result.truth.poses.empty()) {
         result.truth = findTruth(scene, result.request);
     }
     tell();
@@ -187,42 +273,6 @@ void tune(const Scene& scene, TuneResult& result, const std::function<void(int, 
     }
 }
 
-std::vector<std::size_t> tuneFront(const TuneResult& result) {
-    std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < result.entries.size(); ++i) {
-        if (result.entries[i].finite) {
-            order.push_back(i);
-        }
-    }
-    const auto at = [&](std::size_t i) -> const TuneEntry& { return result.entries[i]; };
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        return std::pair(at(a).ms, at(a).error()) < std::pair(at(b).ms, at(b).error());
-    });
-    std::vector<std::size_t> front;
-    for (const std::size_t i : order) {
-        if (front.empty() || at(i).error() < at(front.back()).error()) {
-            front.push_back(i);
-        }
-    }
-    return front;
-}
-
-std::optional<std::size_t> tuneChoice(const TuneResult& result) {
-    const std::vector<std::size_t> front = tuneFront(result);
-    std::optional<std::size_t> choice;
-    for (const std::size_t i : front) {
-        const TuneEntry& entry = result.entries[i];
-        if (result.request.budget) {
-            if (entry.ms <= 1e3 * *result.request.budget) {
-                choice = i;  // the last that is cheap enough is the best of them
-            }
-        } else if (entry.error() <= result.request.error) {
-            return i;
-        }
-    }
-    return choice;
-}
-
 std::unique_ptr<Simulation> tuneReplay(const Scene& scene, const TuneRequest& request, const TuneSetting& setting,
                                        double time) {
     std::unique_ptr<Simulation> simulation = begin(scene, request, setting);
@@ -231,51 +281,6 @@ std::unique_ptr<Simulation> tuneReplay(const Scene& scene, const TuneRequest& re
         simulation->step(dt);
     }
     return simulation;
-}
-
-Figure tuneFigure(const Scene& scene, const TuneResult& result) {
-    // A solver that exploded would stretch the axis: it is drawn at the edge.
-    constexpr double most = 1e4;    // mm
-    constexpr double least = 1e-6;  // mm
-    Panel panel{.title = "",
-                .x = {.label = "CPU ms for 1/60 s of the scene", .logarithmic = true},
-                .y = {.label = "error, mm", .logarithmic = true}};
-    Series front{.label = "measured front"};
-    double lowest = std::numeric_limits<double>::infinity();
-    double highest = 0;
-    double cheapest = lowest;
-    double dearest = 0;
-    for (const TuneEntry& entry : result.entries) {
-        const double error = std::clamp(1e3 * entry.error(), least, most);
-        lowest = std::min(lowest, error);
-        highest = std::max(highest, error);
-        cheapest = std::min(cheapest, entry.ms);
-        dearest = std::max(dearest, entry.ms);
-    }
-    for (const std::size_t i : tuneFront(result)) {
-        front.points.push_back({result.entries[i].ms, std::clamp(1e3 * result.entries[i].error(), least, most)});
-    }
-    panel.series.push_back(std::move(front));
-    if (result.request.budget) {
-        const double x = 1e3 * *result.request.budget;
-        panel.series.push_back({.label = "asked", .points = {{x, lowest}, {x, highest}}, .kind = SeriesKind::Dashed});
-    } else {
-        const double y = 1e3 * result.request.error;
-        panel.series.push_back({.label = "asked", .points = {{cheapest, y}, {dearest, y}}, .kind = SeriesKind::Dashed});
-    }
-    for (const TuneEntry& entry : result.entries) {
-        const auto place = std::find_if(panel.series.begin(), panel.series.end(), [&](const Series& series) {
-            return series.label == entry.setting.solver.name;
-        });
-        Series& series =
-            place != panel.series.end()
-                ? *place
-                : panel.series.emplace_back(Series{.label = entry.setting.solver.name, .kind = SeriesKind::Marks});
-        series.points.push_back({entry.ms, std::clamp(1e3 * entry.error(), least, most)});
-    }
-    return {.title = "Settings of " + scene.name,
-            .note = "error: the worse of the distance to a converged run and of any step's own error",
-            .panels = {std::move(panel)}};
 }
 
 }  // namespace cairn

@@ -22,8 +22,14 @@ struct TuneSetting {
 
 enum class TuneSize { Quick, Standard, Full };
 
+// What a setting is judged by.
+enum class TuneBy {
+    Both,  // the worse of distance and step; the step alone where the truth is not known to `error`
+    Step,  // the step alone
+};
+
 struct TuneRequest {
-    double error = 0.001;  // m: of both distance and step (TuneEntry)
+    double error = 0.001;  // m: of what it is judged by (tuneError)
     // s of processor time for 1/60 s of the scene; where given, the best within it is looked for and `error` is only
     // what the settings' tolerances are laid about.
     std::optional<double> budget = {};
@@ -31,29 +37,38 @@ struct TuneRequest {
     double horizon = 0.25;  // s that is measured
     TuneSize size = TuneSize::Standard;
     int repeats = 3;  // of which the least time counts
+    TuneBy by = TuneBy::Both;
 };
 
 // The grid for a scene; its own setting comes first.
 std::vector<TuneSetting> tuneSettings(const Scene& scene, const TuneRequest& request);
 
-struct TuneEntry {
-    TuneSetting setting = {};
-    double ms = 0;            // of processor time for 1/60 s of the scene
-    double distance = 0;      // m, of the dynamic body that ended farthest from the truth
-    double step = 0;          // m, worst StepError::position
-    double worstAt = 0;       // s after `at`, when that was
-    bool finite = true;       // no body went non-finite
-    std::uint32_t flags = 0;  // StepFlag bits that any step raised
-
-    double error() const;  // m, the worse of distance and step; infinite where a body went non-finite
+// m, at the end of one step of the scene, or of the steps in its place.
+struct TuneMoment {
+    double distance = 0;  // of the body that is farthest from the truth, with what it turned too far
+    double step = 0;      // worst StepError::position
 };
 
-// Where the bodies are at the end by the `direct` solver in double precision, with nothing asleep and steps so short
-// that shorter ones hardly change it.
+struct TuneEntry {
+    TuneSetting setting = {};
+    double ms = 0;                         // of processor time for 1/60 s of the scene
+    std::vector<TuneMoment> moments = {};  // one for each step of the scene
+    double distance = 0;                   // m, the worst of the moments
+    std::size_t farthest = 0;              // that body, by Simulation's bodies
+    double farthestAt = 0;                 // s after `at`, when that was
+    double step = 0;                       // m, worst StepError::position
+    double worstAt = 0;                    // s after `at`, when that was
+    double energy = 0;                     // J that no force explains, summed (StepError::energyGained)
+    bool finite = true;                    // no body went non-finite
+    std::uint32_t flags = 0;               // StepFlag bits that any step raised
+};
+
+// Where the bodies are after each step by the `direct` solver in double precision, with nothing asleep, drawn out from
+// runs of shorter and shorter steps to steps of no length (Richardson: twice the finer run less the coarser one).
 struct TuneTruth {
-    std::vector<Vec3d> positions = {};  // by Simulation's bodies; empty: not known yet
-    int divisor = 0;                    // of Scene::dt
-    double doubt = 0;                   // m, how far a body moved when the steps were halved for the last time
+    std::vector<std::vector<Posed>> poses = {};  // by step, then by Simulation's bodies; empty: not known yet
+    int divisor = 0;                             // of Scene::dt, of the shortest steps
+    double doubt = 0;                            // m, how far a body moved when the steps were halved for the last time
     std::uint32_t flags = 0;
 };
 
@@ -69,11 +84,26 @@ struct TuneResult {
 // many are done. Throws InputError for a horizon, error or budget that is not above 0.
 void tune(const Scene& scene, TuneResult& result, const std::function<void(int, int)>& finished = {});
 
+// Whether only steps' own errors count: that was asked, or the truth is not known to the error asked, because the scene
+// goes another way at any step.
+bool tuneByStep(const TuneResult& result);
+// m; infinite where a body went non-finite.
+double tuneError(const TuneResult& result, const TuneEntry& entry);
+
 // Of settings that are finite: those that no other beats in both cost and error, cheapest first. Places in
 // TuneResult::entries.
 std::vector<std::size_t> tuneFront(const TuneResult& result);
-// The cheapest within the error, or the best within the budget; empty: there is none.
+// The cheapest within the error, or the best within the budget; empty: there is none. Costs within 10 % of each other
+// count as the same: of those the scene's own setting is taken, or else the one that errs least.
 std::optional<std::size_t> tuneChoice(const TuneResult& result);
+// The scene's own setting; empty before it is measured.
+std::optional<std::size_t> tuneOwn(const TuneResult& result);
+// What a reader should know before the numbers are believed, a sentence each; may be empty.
+std::vector<std::string> tuneNotes(const Scene& scene, const TuneResult& result);
+
+// m, of each body by Simulation's bodies: how far its mass is from where it should be, `turned` at the radius of
+// gyration.
+std::vector<double> distances(const Scene& scene, const std::vector<Posed>& is, const std::vector<Posed>& should);
 
 // The scene at a time (s) after `at`, run by a setting.
 std::unique_ptr<Simulation> tuneReplay(const Scene& scene, const TuneRequest& request, const TuneSetting& setting,

@@ -22,6 +22,7 @@ public:
             settings_.push_back(setting);
         }
     }
+    void leaveOut(const TuneSetting& setting) { labels_.insert(setting.label()); }
     void add(const char* solver, int substeps, int iterations) {
         add({.solver = {.name = solver, .substeps = substeps, .iterations = iterations}});
     }
@@ -36,8 +37,18 @@ private:
     std::set<std::string> labels_;
 };
 
+// Whether the scene's own setting is `auto` with its own numbers, as most scenes' is.
+bool saysNothing(const Scene& scene) {
+    Scene carrier;
+    carrier.world.solver = scene.world.solver;
+    carrier.world.accuracy = scene.world.accuracy;
+    carrier.world.accuracy.budget = 0;
+    return toJson(carrier) == toJson(Scene{});
+}
+
 void addQuick(Grid& grid, double error) {
-    grid.add(1, 0);
+    grid.add("auto", 4, 0);
+    grid.add("auto", 16, 0);
     grid.add(2, 0);
     grid.add(8, 0);
     grid.add(1, error);
@@ -46,7 +57,6 @@ void addQuick(Grid& grid, double error) {
     grid.add("gauss_seidel", 4, 4);
     grid.add("gauss_seidel", 16, 1);
     grid.add("nncg", 4, 8);
-    grid.add("xpbd", 8, 0);
     grid.add("avbd", 4, 0);
 }
 
@@ -72,11 +82,11 @@ void addStandard(Grid& grid, double error) {
     grid.add({.solver = {.name = "gauss_seidel", .substeps = 16, .iterations = 1}, .precision = Precision::Float});
     grid.add({.solver = {.name = "gauss_seidel", .substeps = 4, .iterations = 4}, .accuracy = error});
     grid.add("nncg", 1, 16);
-    grid.add("nncg", 8, 4);
     grid.add("nncg", 8, 16);
     grid.add("jacobi", 8, 4);
     grid.add("cluster", 4, 0);
     grid.add("nonlinear_gs", 8, 0);
+    grid.add("xpbd", 8, 0);
     grid.add("xpbd", 20, 0);
     grid.add("vbd", 8, 0);
     grid.add("avbd", 8, 0);
@@ -107,10 +117,7 @@ void addFull(Grid& grid, double error) {
 }  // namespace
 
 std::string TuneSetting::label() const {
-    if (given) {
-        return "as the scene says";
-    }
-    std::string text = solver.name;
+    std::string text = (given ? "the scene's own: " : "") + solver.name;
     const auto count = [&](int n, const char* what) {
         if (n > 0) {
             text += ", " + std::to_string(n) + " " + what + (n == 1 ? "" : "s");
@@ -151,6 +158,11 @@ Scene TuneSetting::apply(const Scene& scene) const {
 std::vector<TuneSetting> tuneSettings(const Scene& scene, const TuneRequest& request) {
     Grid grid;
     grid.add({.solver = scene.world.solver, .accuracy = scene.world.accuracy.position, .given = true});
+    if (saysNothing(scene)) {
+        grid.leaveOut({});
+    } else {
+        grid.add(1, 0);
+    }
     addQuick(grid, request.error);
     if (request.size != TuneSize::Quick) {
         addStandard(grid, request.error);

@@ -17,7 +17,7 @@ struct CheckArguments {
 };
 
 // Islands in the table; the rest in the JSON.
-constexpr std::size_t mostIslands = 20;
+constexpr std::size_t mostIslands = 10;
 
 // Sentences of one kind that are printed.
 constexpr int mostAlike = 3;
@@ -44,28 +44,38 @@ std::string sweepsOf(double sweeps) {
 }
 
 void printIslands(const Diagnosis& diagnosis, double error, const Scene& scene, const Simulation& simulation) {
-    if (diagnosis.islands.empty()) {
-        std::printf("\nno islands: nothing touches and nothing is joined\n");
-        return;
-    }
     std::vector<const IslandForecast*> islands;
     for (const IslandForecast& island : diagnosis.islands) {
-        islands.push_back(&island);
+        if (island.rows > 0) {
+            islands.push_back(&island);
+        }
     }
-    std::stable_sort(islands.begin(), islands.end(), [](const auto* a, const auto* b) { return a->rows > b->rows; });
-    std::vector<std::vector<std::string>> rows = {{"island of", "bodies", "rows", "spectral radius", "dominance",
-                                                   "gauss_seidel", "jacobi", "nncg", "direct work"}};
-    for (std::size_t i = 0; i < std::min(mostIslands, islands.size()); ++i) {
-        const IslandForecast& island = *islands[i];
-        rows.push_back({bodyName(scene, simulation, island.lowest), std::to_string(island.bodies),
-                        std::to_string(island.rows), fixed(island.radius, 4), fixed(island.dominance, 3),
-                        sweepsOf(island.sweeps), sweepsOf(island.jacobiSweeps), sweepsOf(island.conjugateSweeps),
-                        brief(island.directWork)});
+    const std::size_t free = diagnosis.islands.size() - islands.size();
+    if (!islands.empty()) {
+        std::stable_sort(islands.begin(), islands.end(),
+                         [](const auto* a, const auto* b) { return a->rows > b->rows; });
+        std::vector<std::vector<std::string>> rows = {{"island of", "bodies", "rows", "spectral radius", "dominance",
+                                                       "gauss_seidel", "jacobi", "nncg", "direct work", "solved<"}};
+        for (std::size_t i = 0; i < std::min(mostIslands, islands.size()); ++i) {
+            const IslandForecast& island = *islands[i];
+            rows.push_back({bodyName(scene, simulation, island.lowest), std::to_string(island.bodies),
+                            std::to_string(island.rows), fixed(island.radius, 4), fixed(island.dominance, 3),
+                            sweepsOf(island.sweeps), sweepsOf(island.jacobiSweeps), sweepsOf(island.conjugateSweeps),
+                            brief(island.directWork), island.exact ? "exactly" : "by sweeps"});
+        }
+        std::printf(
+            "\nislands of the next step; sweeps to an error of %s mm, from no forces; direct work in block "
+            "multiply-adds\n%s",
+            brief(1e3 * error).c_str(), table(rows).c_str());
+        if (islands.size() > mostIslands) {
+            std::printf("and %zu with no more rows (--json has all)\n", islands.size() - mostIslands);
+        }
     }
-    std::printf("\nislands; sweeps to an error of %s mm a step, from no forces; direct work in block multiply-adds\n%s",
-                brief(1e3 * error).c_str(), table(rows).c_str());
-    if (islands.size() > mostIslands) {
-        std::printf("and %zu smaller ones (--json has all)\n", islands.size() - mostIslands);
+    if (free > 0) {
+        std::printf("%s%zu %s free: nothing touches %s and no joint holds %s\n", islands.empty() ? "\n" : "", free,
+                    free == 1 ? "body is" : "bodies are", free == 1 ? "it" : "them", free == 1 ? "it" : "them");
+    } else if (islands.empty()) {
+        std::printf("\nno islands: nothing moves\n");
     }
 }
 

@@ -22,6 +22,7 @@ Action addStudy(CLI::App& app);
 Action addCheck(CLI::App& app);
 Action addExplain(CLI::App& app);
 Action addTune(CLI::App& app);
+Action addBench(CLI::App& app);
 
 // The options of every command that takes a scene.
 struct SceneArguments {
@@ -69,6 +70,9 @@ private:
 
 // To a file, or to standard output for "-". Throws InputError if the file cannot be written.
 void writeJson(const nlohmann::ordered_json& json, const std::string& file);
+
+// Throws InputError with the option's name if the file cannot be written.
+void writeText(const char* option, const std::string& text, const std::string& file);
 
 // Creates the folder and those above it. Throws InputError.
 void makeFolder(const std::filesystem::path& folder);

@@ -19,20 +19,25 @@ std::string signedBrief(double x) {
 }
 
 void print(const SceneExplanation& e) {
-    std::printf("%s: %s ms a step (to %s), %s rows a step; %d steps, least of %d runs, CPU time\n\n", e.scene.c_str(),
-                brief(e.ms).c_str(), brief(e.noise).c_str(), brief(e.rows).c_str(), e.steps, e.repeats);
-    std::vector<std::vector<std::string>> rows = {{"feature", "is", "costs ms a step", "rows a step", "why<"}};
+    std::printf(
+        "%s: a step costs %s ms (+- %s), has %s rows and looks at %s pairs; %d steps, least of %d runs, processor time"
+        "\n\n",
+        e.scene.c_str(), brief(e.ms).c_str(), brief(e.noise).c_str(), brief(e.rows).c_str(), brief(e.looks).c_str(),
+        e.steps, e.repeats);
+    std::vector<std::vector<std::string>> rows = {{"feature", "is", "ms a step", "rows", "pairs", "why<"}};
     for (const Explanation& one : e.features) {
         std::string cost = "-";
         if (one.measured) {
-            cost = one.withinNoise() ? "within noise (" + brief(one.noise) + ")" : signedBrief(one.ms);
+            cost = one.withinNoise() ? "noise (" + brief(one.noise) + ")" : signedBrief(one.ms);
         }
-        rows.push_back({one.feature, one.on ? "on" : "off", cost, one.measured ? signedBrief(one.rows) : "-", one.why});
+        rows.push_back({one.feature, one.on ? "on" : "off", cost, one.measured ? signedBrief(one.rows) : "-",
+                        one.measured ? signedBrief(one.looks) : "-", one.why});
     }
     std::printf("%s\n", table(rows).c_str());
     std::printf(
-        "Cost: the scene less a copy with the feature off; below 0 it saves. A copy may go another way: without\n"
-        "friction a heap runs apart, and what it then costs is in the number.\n");
+        "ms, rows and pairs looked at: of a step of the scene, less those of a copy with the feature off; below 0 it\n"
+        "saves. noise: the change is less than repeats of one run differ. What is off costs nothing: it makes no rows\n"
+        "and no looks. A copy may go another way (without friction a heap runs apart), and that is in the numbers.\n");
 }
 
 int explainScene(const ExplainArguments& arguments) {

@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
     add("check", "what will be hard about a scene, before it is run", cairn::addCheck);
     add("explain", "what a scene makes the engine model, why, and what each costs", cairn::addExplain);
     add("tune", "measure which settings serve a scene best, by error and cost", cairn::addTune);
+    add("bench", "what the built-in scenes cost, err and ask of the engine", cairn::addBench);
     add("compare", "one scene on Cairn and on other engines over their dials", cairn::addCompare);
     add("study", "measure the solvers: convergence, momentum, energy, chain, stacks, clusters, extremes",
         cairn::addStudy);

@@ -54,11 +54,15 @@ void writeJson(const nlohmann::ordered_json& json, const std::string& file) {
         std::fwrite(text.data(), 1, text.size(), stdout);
         return;
     }
+    writeText("--json", text, file);
+}
+
+void writeText(const char* option, const std::string& text, const std::string& file) {
     std::ofstream out(file, std::ios::binary);
     out << text;
     out.close();
     if (!out) {
-        throw InputError("--json", file, "the file cannot be written");
+        throw InputError(option, file, "the file cannot be written");
     }
 }
 

@@ -17,6 +17,7 @@ struct TuneArguments {
     bool quick = false;
     bool full = false;
     bool all = false;
+    std::string by = "both";
     std::string svg;
     std::string html;
     std::string write;
@@ -26,15 +27,6 @@ struct TuneArguments {
 
 std::string millimetres(double metres) {
     return std::isfinite(metres) ? brief(1e3 * metres) : "broke";
-}
-
-void writeText(const char* option, const std::string& text, const std::string& file) {
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.close();
-    if (!out) {
-        throw InputError(option, file, "the file cannot be written");
-    }
 }
 
 // By another name first: a run that is stopped in the middle of it leaves the last state whole.
@@ -60,36 +52,118 @@ void readState(const std::string& file, const Scene& scene, TuneResult& result) 
     resumeTune(state, file, scene, result);
 }
 
+// Error over cost, both by powers of ten, in letters.
+std::string plot(const TuneResult& result) {
+    constexpr int width = 64;
+    constexpr int height = 15;
+    constexpr double most = 1e4;    // mm; what is beyond is drawn at the edge
+    constexpr double least = 1e-6;  // mm
+    const auto across = [](const TuneEntry& entry) { return std::log10(entry.ms); };
+    const auto up = [&](const TuneEntry& entry) {
+        return std::log10(std::clamp(1e3 * tuneError(result, entry), least, most));
+    };
+    double left = 1e9;
+    double right = -1e9;
+    double bottom = std::log10(1e3 * result.request.error);
+    double top = bottom;
+    for (const TuneEntry& entry : result.entries) {
+        left = std::min(left, across(entry));
+        right = std::max(right, across(entry));
+        bottom = std::min(bottom, up(entry));
+        top = std::max(top, up(entry));
+    }
+    right = std::max(right, left + 0.1);
+    top = std::max(top, bottom + 0.1);
+    const auto column = [&](double x) {
+        return static_cast<int>(std::lround((width - 1) * (x - left) / (right - left)));
+    };
+    const auto row = [&](double y) { return static_cast<int>(std::lround((height - 1) * (top - y) / (top - bottom))); };
+    std::vector<std::string> lines(height, std::string(width, ' '));
+    if (result.request.budget) {
+        const int x = column(std::log10(1e3 * *result.request.budget));
+        for (std::string& line : lines) {
+            if (x >= 0 && x < width) {
+                line[static_cast<std::size_t>(x)] = '|';
+            }
+        }
+    } else {
+        lines[static_cast<std::size_t>(row(std::log10(1e3 * result.request.error)))] = std::string(width, '-');
+    }
+    const auto put = [&](std::size_t i, char letter) {
+        const TuneEntry& entry = result.entries[i];
+        lines[static_cast<std::size_t>(row(up(entry)))][static_cast<std::size_t>(column(across(entry)))] = letter;
+    };
+    for (std::size_t i = 0; i < result.entries.size(); ++i) {
+        put(i, '.');
+    }
+    for (const std::size_t i : tuneFront(result)) {
+        put(i, 'o');
+    }
+    if (const auto own = tuneOwn(result)) {
+        put(*own, 'S');
+    }
+    if (const auto choice = tuneChoice(result)) {
+        put(*choice, result.entries[*choice].setting.given ? 'S' : 'X');
+    }
+    std::string text = "error mm\n";
+    for (int k = 0; k < height; ++k) {
+        const double y = top - (top - bottom) * k / (height - 1);
+        std::string label = k % 7 == 0 ? brief(std::pow(10, y)) : "";
+        label.insert(0, label.size() < 9 ? 9 - label.size() : 0, ' ');
+        text += label + " |" + lines[static_cast<std::size_t>(k)] + "\n";
+    }
+    const std::string end = brief(std::pow(10, right)) + " ms a frame";
+    std::string foot = brief(std::pow(10, left)) + " ms";
+    foot += std::string(foot.size() + end.size() < width ? width - foot.size() - end.size() : 1, ' ') + end;
+    text += std::string(10, ' ') + "+" + std::string(width, '-') + "\n" + std::string(11, ' ') + foot + "\n";
+    return text + "           S the scene's own, X found, o front, . others, " +
+           (result.request.budget ? "| budget\n" : "- asked\n");
+}
+
+std::string flagsOf(const TuneEntry& entry) {
+    std::string flags;
+    for (const std::string& flag : flagNames(entry.flags)) {
+        flags += (flags.empty() ? "" : ", ") + flag;
+    }
+    return flags;
+}
+
 void print(const Scene& scene, const TuneResult& result, bool all) {
     std::printf("%s: %zu settings over %s s", scene.name.c_str(), result.entries.size(),
                 brief(result.request.horizon).c_str());
     if (result.request.at > 0) {
         std::printf(", begun at %s s", brief(result.request.at).c_str());
     }
-    std::printf("\ntruth: direct in steps of %s ms, known to %s mm\n\n",
+    std::printf("\ntruth: direct, steps of %s ms drawn out to none, known to %s mm\n\n",
                 brief(1e3 * scene.dt / result.truth.divisor).c_str(), millimetres(result.truth.doubt).c_str());
-    std::vector<std::size_t> shown = tuneFront(result);
-    if (all) {
-        shown.clear();
-        for (std::size_t i = 0; i < result.entries.size(); ++i) {
+    const std::vector<std::size_t> front = tuneFront(result);
+    const std::optional<std::size_t> own = tuneOwn(result);
+    const std::optional<std::size_t> choice = tuneChoice(result);
+    std::vector<std::size_t> shown;
+    for (std::size_t i = 0; i < result.entries.size(); ++i) {
+        if (all || i == own || i == choice || std::find(front.begin(), front.end(), i) != front.end()) {
             shown.push_back(i);
         }
-        std::stable_sort(shown.begin(), shown.end(),
-                         [&](std::size_t a, std::size_t b) { return result.entries[a].ms < result.entries[b].ms; });
     }
-    std::vector<std::vector<std::string>> rows = {
-        {all ? "all settings" : "measured front", "ms a frame", "error mm", "distance mm", "step error mm", "flags<"}};
+    std::stable_sort(shown.begin(), shown.end(),
+                     [&](std::size_t a, std::size_t b) { return result.entries[a].ms < result.entries[b].ms; });
+    std::vector<std::vector<std::string>> rows = {{all ? "all settings" : "measured front", "ms a frame", "error mm",
+                                                   "distance mm", "step error mm", "<", "flags<"}};
     for (const std::size_t i : shown) {
         const TuneEntry& entry = result.entries[i];
-        std::string flags;
-        for (const std::string& flag : flagNames(entry.flags)) {
-            flags += (flags.empty() ? "" : ", ") + flag;
-        }
-        rows.push_back({entry.setting.label(), brief(entry.ms), millimetres(entry.error()), millimetres(entry.distance),
-                        millimetres(entry.step), flags});
+        const bool best = std::find(front.begin(), front.end(), i) != front.end();
+        const std::string place = i == choice ? "found" : best ? "front" : "";
+        rows.push_back({entry.setting.label(), brief(entry.ms), millimetres(tuneError(result, entry)),
+                        millimetres(entry.distance), millimetres(entry.step), place, flagsOf(entry)});
     }
-    std::printf("%s\n", table(rows).c_str());
-    std::printf("ms: processor time for 1/60 s; error: the worse of the distance to the truth and of a step's own\n");
+    std::printf("%s\n%s\n", table(rows).c_str(), plot(result).c_str());
+    std::printf(
+        "ms: processor time for 1/60 s of the scene. error: %s\n",
+        tuneByStep(result) ? "of the worst step" : "the worse of the distance to the truth and of a step's own");
+}
+
+std::string costAndError(const TuneResult& result, const TuneEntry& entry) {
+    return brief(entry.ms) + " ms, " + millimetres(tuneError(result, entry)) + " mm";
 }
 
 // Exit code.
@@ -98,18 +172,32 @@ int conclude(const Scene& scene, const TuneResult& result, const TuneArguments& 
     const std::string asked = request.budget ? brief(1e3 * *request.budget) + " ms a frame"
                                              : "an error of " + millimetres(request.error) + " mm";
     const std::optional<std::size_t> choice = tuneChoice(result);
-    if (!choice) {
-        std::fprintf(stderr, "cairn: no setting is within %s; try --full, or ask for less\n", asked.c_str());
-        return exitBroken;
-    }
-    const TuneSetting& setting = result.entries[*choice].setting;
     const bool quiet = arguments.json == "-";
     if (!quiet) {
-        std::printf("\n%s within %s: %s\n", request.budget ? "best" : "cheapest", asked.c_str(),
-                    setting.label().c_str());
-        if (!request.budget && result.truth.doubt > request.error) {
-            std::printf("but the truth itself is known to %s mm alone: the scene goes its own way at any step\n",
-                        millimetres(result.truth.doubt).c_str());
+        for (const std::string& note : tuneNotes(scene, result)) {
+            std::printf("%s\n", note.c_str());
+        }
+        std::fflush(stdout);
+    }
+    if (!choice) {
+        std::string best;
+        if (const std::vector<std::size_t> front = tuneFront(result); !front.empty()) {
+            const TuneEntry& entry = result.entries[request.budget ? front.front() : front.back()];
+            best = std::string("; ") + (request.budget ? "the cheapest" : "the best") + " is " + entry.setting.label() +
+                   " (" + costAndError(result, entry) + ")";
+        }
+        std::fprintf(stderr, "cairn: no setting is within %s%s; %sask for %s\n", asked.c_str(), best.c_str(),
+                     request.size == TuneSize::Full ? "" : "try --full, or ", request.budget ? "more ms" : "more mm");
+        return exitBroken;
+    }
+    const TuneEntry& entry = result.entries[*choice];
+    const TuneSetting& setting = entry.setting;
+    if (!quiet) {
+        std::printf("\n%s within %s: %s (%s)\n", request.budget ? "best" : "cheapest", asked.c_str(),
+                    setting.label().c_str(), costAndError(result, entry).c_str());
+        if (const std::optional<std::size_t> own = tuneOwn(result); own && own != choice) {
+            std::printf("in place of %s (%s)\n", result.entries[*own].setting.label().c_str(),
+                        costAndError(result, result.entries[*own]).c_str());
         }
     }
     if (!arguments.write.empty()) {
@@ -126,18 +214,23 @@ int tuneScene(const TuneArguments& arguments) {
     const Scene scene = openScene(arguments.scene);
     TuneResult result{.request = arguments.request};
     result.request.size = arguments.quick ? TuneSize::Quick : arguments.full ? TuneSize::Full : TuneSize::Standard;
+    result.request.by = arguments.by == "step" ? TuneBy::Step : TuneBy::Both;
     if (!arguments.state.empty()) {
         readState(arguments.state, scene, result);
     }
     const auto known = result.entries.size();
     {
-        Progress progress("tune " + scene.name, static_cast<int>(tuneSettings(scene, result.request).size()) + 1);
-        auto written = known + (result.truth.positions.empty() ? 0 : 1);
-        tune(scene, result, [&](int done, int) {
-            progress.at(done);
-            if (!arguments.state.empty() && result.entries.size() + 1 > written) {
+        const int all = static_cast<int>(tuneSettings(scene, result.request).size()) + 1;
+        // What is known already takes no time, and would spoil the guess of what is left.
+        const int before = static_cast<int>(known) + (result.truth.poses.empty() ? 0 : 1);
+        Progress progress("tune " + scene.name, all - before);
+        auto written = static_cast<std::size_t>(before);
+        tune(scene, result, [&](int, int) {
+            const std::size_t have = result.entries.size() + 1;
+            progress.at(static_cast<int>(have) - before);
+            if (!arguments.state.empty() && have > written) {
                 writeState(scene, result, arguments.state);
-                written = result.entries.size() + 1;
+                written = have;
             }
         });
     }
@@ -188,6 +281,10 @@ Action addTune(CLI::App& app) {
         ->capture_default_str();
     CLI::Option* const quick = app.add_flag("--quick", arguments->quick, "12 settings in place of 40");
     app.add_flag("--full", arguments->full, "some 150 settings")->excludes(quick);
+    app.add_option("--by", arguments->by,
+                   "what settings are judged by: both (distance to the truth, and steps' own errors) or step alone")
+        ->check(CLI::IsMember({"both", "step"}))
+        ->capture_default_str();
     app.add_flag("--all", arguments->all, "print all settings, not the front alone");
     app.add_option("--svg", arguments->svg, "write the front as a figure to FILE");
     app.add_option("--html", arguments->html, "write all of it as one page to FILE");

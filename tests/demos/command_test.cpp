@@ -284,12 +284,19 @@ TEST_F(Command, TuneFindsWritesAndGoesOn) {
     EXPECT_EQ(again.at("budget_ms"), 10000);
     for (const auto& entry : again.at("entries")) {
         const std::string label = entry.at("label");
-        EXPECT_NE(page.find("<td>" + label + "</td>"), std::string::npos) << label;
+        EXPECT_NE(page.find("<td>" + label + "<"), std::string::npos) << label;
     }
     const Outcome none = cairn(base + " --budget 0.001us");
     EXPECT_EQ(none.code, 1);
     EXPECT_NE(none.err.find("no setting"), std::string::npos) << none.err;
-    expectUsageError(base + " --error 2mm", "error_m");
+    expectUsageError(base + " --error 2mm", "another error");
+    // Nor does it take what belongs to another scene.
+    expectUsageError("tune tower --set n=4 --quick --horizon 100ms --state " + path("state.json"), "another scene");
+    const std::string whole = cairn(base).out;
+    for (const char* const words : {"the scene's own: auto", "S the scene's own", "were known from"}) {
+        EXPECT_NE(whole.find(words), std::string::npos) << whole;
+    }
+    EXPECT_EQ(nlohmann::json::parse(cairn(base + " --by step --json -").out).at("judged_by"), "step");
     expectUsageError("tune tower --error 1mm --budget 1ms", "excludes");
     expectUsageError("tune tower --quick --full", "excludes");
     std::ofstream(scratch() / "torn.json") << "{";
@@ -313,6 +320,56 @@ TEST_F(Command, ComparesEnginesAndTheirFronts) {
     expectUsageError("compare", "--all");
     expectUsageError("compare heavy --all", "--all");
     expectUsageError("compare heavy --engines physx", "physx");
+}
+
+// Killed at any moment it leaves a state that the next run goes on with, to the same errors.
+TEST_F(Command, TuneKilledGoesOn) {
+    const auto path = [&](const char* name) { return (scratch() / name).string(); };
+    const std::string base = "tune chain --set links=6 --set ratio=50 --quick --repeats 40 --json - --state ";
+    nlohmann::json found[2];
+    for (int k = 0; k < 2; ++k) {
+        const std::string state = path(k == 0 ? "whole.json" : "killed.json");
+        if (k == 1) {
+            const std::string line = std::string("'") + CAIRN_COMMAND + "' " + base + "'" + state +
+                                     "' >/dev/null 2>&1 & while [ ! -e '" + state +
+                                     "' ]; do sleep .01; done; kill -9 $!";
+            EXPECT_EQ(std::system(line.c_str()), 0);
+            const nlohmann::json killed = nlohmann::json::parse(slurp(state));
+            EXPECT_LT(killed.at("finished").size(), 12u);
+        }
+        const Outcome outcome = cairn(base + "'" + state + "'");
+        EXPECT_LE(outcome.code, 1) << outcome.err;
+        found[k] = nlohmann::json::parse(outcome.out);
+    }
+    ASSERT_EQ(found[0].at("entries").size(), 12u);
+    ASSERT_EQ(found[1].at("entries").size(), 12u);
+    for (std::size_t i = 0; i < 12; ++i) {
+        for (const char* const field : {"label", "error_m", "distance_m", "step_error_m", "moments_m", "flags"}) {
+            EXPECT_EQ(found[0]["entries"][i][field], found[1]["entries"][i][field]) << i << ", " << field;
+        }
+    }
+}
+
+TEST_F(Command, BenchComparesWithWhatWasBefore) {
+    const auto path = [&](const char* name) { return "'" + (scratch() / name).string() + "'"; };
+    const std::string base = "bench tower slide --seconds 0.1 --repeats 1 ";
+    const Outcome first = cairn(base + "--json " + path("before.json"));
+    EXPECT_EQ(first.code, 0) << first.err;
+    EXPECT_EQ(first.out.find("times before"), std::string::npos) << first.out;
+    const nlohmann::json json = nlohmann::json::parse(slurp(scratch() / "before.json"));
+    ASSERT_EQ(json.at("scenes").size(), 2u);
+    EXPECT_EQ(json["scenes"][0].at("steps"), 6);
+    EXPECT_EQ(json["scenes"][0].at("rows"), 120);  // ten boxes of four corners, three rows each
+    EXPECT_EQ(json["scenes"][1].at("rows"), 12);
+    const Outcome second = cairn(base + "--baseline " + path("before.json"));
+    EXPECT_NE(second.out.find("times before"), std::string::npos) << second.out;
+    EXPECT_NE(second.out.find("same"), std::string::npos) << second.out;
+    const Outcome other = cairn("bench tower --seconds 0.2 --repeats 1 --baseline " + path("before.json"));
+    EXPECT_NE(other.out.find("other"), std::string::npos) << other.out;
+    expectUsageError("bench towr", "tower");
+    expectUsageError("bench tower --seconds 0.1 --baseline " + path("none.json"), "none.json");
+    std::ofstream(scratch() / "odd.json") << "{\"scenes\": 1}";
+    expectUsageError("bench tower --seconds 0.1 --baseline " + path("odd.json"), "odd.json");
 }
 
 TEST_F(Command, StudyRefusesWhatItDoesNotKnow) {

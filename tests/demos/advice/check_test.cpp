@@ -34,6 +34,67 @@ TEST(Check, HeavyOnLightIsNamed) {
     EXPECT_FALSE(hasFinding(check("heavy", {{"ratio", 2}}), "mass_ratio"));
 }
 
+TEST(Check, WhatStandsByItselfRaisesNoAlarm) {
+    for (const char* const name : {"tower", "pyramid", "wall", "card_house", "domino", "arch", "ragdoll", "pile",
+                                   "tops", "slope", "bounce", "cradle", "spin", "slide", "struck_tower", "mesh"}) {
+        const auto json = check(name, {});
+        EXPECT_TRUE(json.at("findings").empty()) << name << ": " << json.at("findings").dump(1);
+    }
+    // What auto solves exactly takes sweeps hundreds.
+    Scene scene = makeScene("tower");
+    EXPECT_EQ(check("tower", {}).at("islands").at(0).at("exact"), true);
+    scene.world.solver.name = "gauss_seidel";
+    const auto simulation = makeSimulation(scene);
+    const auto json = diagnosisJson(simulation->diagnose(scene.dt, 0.001), 0.001, scene, *simulation);
+    ASSERT_EQ(json.at("findings").size(), 1u) << json.dump(1);
+    EXPECT_EQ(json.at("findings").at(0).at("kind"), "slow_sweeps");
+    EXPECT_EQ(json.at("islands").at(0).at("exact"), false);
+}
+
+TEST(Check, WhatIsWovenOfSpringsGetsOneSentence) {
+    for (const char* const name : {"cloth", "jelly", "rope"}) {
+        const auto json = check(name, {});
+        int springs = 0;
+        for (const auto& finding : json.at("findings")) {
+            springs += finding.at("kind") == "stiff_spring" ? 1 : 0;
+        }
+        EXPECT_EQ(springs, 1) << name;
+    }
+}
+
+// Each with the names of who is meant.
+TEST(Check, HardThingsAreNamed) {
+    Scene scene;
+    scene.add({.name = "floor", .type = BodyType::Static, .shapes = {box({200, 1, 200})}, .position = {0, -1, 0}});
+    const auto add = [&](BodyDef body) { return scene.add(std::move(body)); };
+    add({.name = "barn", .shapes = {box({50, 50, 50})}, .position = {0, 50, 50}});
+    add({.name = "sunk", .shapes = {box({0.5, 0.5, 0.5})}, .position = {90, 0.4, 0}, .mass = 100});
+    add({.name = "needle", .shapes = {capsule(0.01, 1)}, .position = {100, 3, 0}});
+    add({.name = "bullet", .shapes = {sphere(0.02)}, .position = {110, 5, 0}, .linearVelocity = {300, 0, 0}});
+    add({.name = "cloud", .shapes = {sphere(1)}, .position = {130, 5, 0}, .mass = 0.1});
+    const BodyId bob = add({.name = "bob", .shapes = {sphere(0.1)}, .position = {120, 5, 0}, .mass = 1});
+    scene.add("spring", SpringDef{.a = Scene::bodyAt(0),
+                                  .b = bob,
+                                  .anchorA = {120, 6, 0},
+                                  .anchorB = {120, 5, 0},
+                                  .restLength = 1,
+                                  .softness = {.compliance = 1e-6}});
+    const auto simulation = makeSimulation(scene);
+    const auto json = diagnosisJson(simulation->diagnose(scene.dt, 0.001), 0.001, scene, *simulation);
+    const std::vector<std::pair<std::string, std::string>> wanted = {
+        {"units", "barn"},       {"overlap", "sunk"}, {"flat_inertia", "needle"},
+        {"fast_body", "bullet"}, {"units", "cloud"},  {"stiff_spring", "bob"}};
+    for (const auto& [kind, body] : wanted) {
+        bool found = false;
+        for (const auto& finding : json.at("findings")) {
+            const auto& bodies = finding.at("bodies");
+            found = found || (finding.at("kind") == kind && std::count(bodies.begin(), bodies.end(), body) == 1);
+        }
+        EXPECT_TRUE(found) << kind << " of " << body << "\n" << json.at("findings").dump(1);
+    }
+    EXPECT_EQ(json.at("findings").size(), wanted.size()) << json.at("findings").dump(1);
+}
+
 TEST(Check, ATowerIsOneIslandOfAllItsRows) {
     const auto json = check("tower", {{"n", 5}});
     ASSERT_EQ(json.at("islands").size(), 1u);

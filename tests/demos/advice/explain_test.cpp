@@ -43,6 +43,90 @@ TEST(Explain, FrictionRowsAreCounted) {
     EXPECT_GE(friction.noise, 0);
 }
 
+// What is switched off costs what a scene costs that never had it: as many rows, as many looks at pairs, and no more
+// features that are on. A door with all features but those that the second scene leaves out.
+TEST(Explain, WithoutAFeatureASceneCostsAsOneThatNeverHadIt) {
+    struct Has {
+        bool friction = true;
+        bool staticFriction = true;
+        bool restitution = true;
+        bool gyroscopic = true;
+        bool limits = true;
+        bool motors = true;
+        bool continuous = true;
+        bool sleeping = true;
+        bool stillPairs = true;
+        bool accuracy = true;
+    };
+    const auto make = [](const Has& has) {
+        Scene scene;
+        scene.name = "rooms";
+        scene.world.sleep.enabled = has.sleeping;
+        scene.world.gyroscopic = has.gyroscopic ? GyroscopicRule::Midpoint : GyroscopicRule::None;
+        scene.world.stillDistance = has.stillPairs ? scene.world.stillDistance : 0;
+        scene.world.accuracy.position = has.accuracy ? 0.001 : 0;
+        Material material{.friction = has.friction ? 0.5 : 0, .restitution = has.restitution ? 0.4 : 0};
+        material.staticFriction = has.friction && has.staticFriction ? 0.7 : -1;
+        const auto solid = [&](Shape shape) {
+            shape.material = material;
+            return shape;
+        };
+        const Continuous swept = has.continuous ? Continuous::Auto : Continuous::Never;
+        scene.add(
+            {.name = "floor", .type = BodyType::Static, .shapes = {solid(box({20, 1, 20}))}, .position = {0, -1, 0}});
+        for (int k = 0; k < 6; ++k) {
+            scene.add({.name = "crate " + std::to_string(k),
+                       .shapes = {solid(box({0.5, 0.25, 0.4}))},
+                       .position = {3.0 * (k / 2) - 6, 0.25 + 0.6 * (k % 2), 0},
+                       .linearVelocity = {k == 5 ? 30.0 : 0.0, 0, 0},
+                       .mass = 1.0 + k,
+                       .continuous = swept});
+        }
+        const BodyId door = scene.add(
+            {.name = "door", .shapes = {box({0.5, 1, 0.05})}, .position = {5, 4, 5}, .mass = 10, .continuous = swept});
+        HingeDef hinge{.a = Scene::bodyAt(0), .b = door, .anchor = {4.5, 4, 5}, .axis = Vec3d::UnitY()};
+        if (has.limits) {
+            hinge.lower = -0.1;
+            hinge.upper = 0.1;
+        }
+        if (has.motors) {
+            hinge.motorSpeed = 2;
+            hinge.motorTorque = 5;
+        }
+        scene.add("hinge", hinge);
+        return scene;
+    };
+    const SceneExplanation all = explain(make({}), Precision::Double, 1, 2);
+    const std::vector<std::pair<const char*, bool Has::*>> features = {{"friction", &Has::friction},
+                                                                       {"static friction", &Has::staticFriction},
+                                                                       {"restitution", &Has::restitution},
+                                                                       {"gyroscopic term", &Has::gyroscopic},
+                                                                       {"joint limits", &Has::limits},
+                                                                       {"joint motors", &Has::motors},
+                                                                       {"continuous collision", &Has::continuous},
+                                                                       {"sleeping", &Has::sleeping},
+                                                                       {"still pairs", &Has::stillPairs},
+                                                                       {"accuracy", &Has::accuracy}};
+    double changed = 0;
+    for (const auto& [feature, member] : features) {
+        Has has;
+        has.*member = false;
+        const SceneExplanation without = explain(make(has), Precision::Double, 1, 2);
+        const Explanation& with = find(all, feature);
+        EXPECT_TRUE(with.on) << feature << ": " << with.why;
+        EXPECT_FALSE(find(without, feature).on) << feature << ": " << find(without, feature).why;
+        EXPECT_NEAR(all.rows - with.rows, without.rows, 1e-9) << feature;
+        EXPECT_NEAR(all.looks - with.looks, without.looks, 1e-9) << feature;
+        changed += std::abs(with.rows) + std::abs(with.looks);
+    }
+    EXPECT_GT(changed, 10);
+    EXPECT_GT(find(all, "friction").rows, 5);
+    EXPECT_GT(find(all, "joint motors").rows, 0.5);
+    EXPECT_LT(find(all, "sleeping").rows, 0);
+    // In a tower at rest half of the looks are saved, until it sleeps.
+    EXPECT_LT(find(explain(makeScene("tower"), Precision::Double, 0.25, 2), "still pairs").looks, -3);
+}
+
 TEST(Explain, WhatASceneDoesNotNeedIsOff) {
     const SceneExplanation all = explain(crates(), Precision::Float, 0.1, 2);
     for (const char* const feature : {"static friction", "restitution", "gyroscopic term", "joint limits",
