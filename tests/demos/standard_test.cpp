@@ -41,7 +41,7 @@ const std::vector<Standard>& standards() {
 }
 
 struct Spent {
-    double error = 0;  // m, of the worst row of the worst step
+    double error = 0;  // m, of the worst row, mean over the steps: the worst step of what falls is chance
     double work = 0;   // a step
 };
 
@@ -54,8 +54,9 @@ Spent spend(const Standard& standard, const std::string& solver) {
     while (run.time() < standard.seconds - 0.5 * scene.dt) {
         run.step();
         spent.work += run.simulation().report().counts.work;
+        spent.error += run.simulation().report().error.position;
     }
-    spent.error = run.result().worst.position;
+    spent.error /= run.result().steps;
     spent.work /= run.result().steps;
     return spent;
 }
