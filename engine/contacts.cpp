@@ -103,13 +103,20 @@ ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body
     return patch;
 }
 
-// The gap that a and b can close within dt; spins count by the smaller body's size, so that a spinning floor reaches no
-// further than what stands on it. A fast body is swept: contacts far ahead of it would stop it at what it only passes.
+// m/s: spins count by the smaller body's size, so that a spinning floor reaches no further than what stands on it.
+template <class S>
+double turningSpeed(const PairSide<S>& a, const PairSide<S>& b) {
+    const double radius = std::min(a.body->radius, b.body->radius);
+    return std::isfinite(radius) ? static_cast<double>(a.w.norm() + b.w.norm()) * radius : 0;
+}
+
+// The gap that a and b can close within dt, also where something else stops one of them: of two balls that fall
+// together the lower one meets the floor first. A fast body is swept: contacts far ahead of it would stop it at what it
+// only passes.
 template <class S>
 double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
-    const double radius = std::min(a.body->radius, b.body->radius);
-    const double spin = static_cast<double>(a.w.norm() + b.w.norm());
-    double gap = dt * (static_cast<double>((a.v - b.v).norm()) + (std::isfinite(radius) ? spin * radius : 0));
+    const S speed = std::max({(a.v - b.v).norm(), a.v.norm(), b.v.norm()});
+    double gap = dt * (static_cast<double>(speed) + turningSpeed(a, b));
     for (const PairSide<S>* side : {&a, &b}) {
         const Body<S>& body = *side->body;
         const double way =
@@ -119,6 +126,14 @@ double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
         }
     }
     return gap;
+}
+
+// m/s, at which a and b can come together along n (from a to b, world), one of them stopped or not.
+template <class S>
+double approach(const PairSide<S>& a, const PairSide<S>& b, const Vec3d& n) {
+    const double va = n.dot(a.v.template cast<double>());
+    const double vb = -n.dot(b.v.template cast<double>());
+    return std::max({va + vb, va, vb, 0.0}) + turningSpeed(a, b);
 }
 
 }  // namespace
@@ -143,6 +158,17 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     static thread_local std::vector<Manifold> manifolds;
     manifolds.clear();
     collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, manifolds, counts);
+    // What is beside the motion cannot be met.
+    double known = margin;
+    std::erase_if(manifolds, [&](const Manifold& manifold) {
+        double least = infinity<double>();
+        for (int k = 0; k < manifold.count; ++k) {
+            least = std::min(least, manifold.points[static_cast<std::size_t>(k)].separation);
+        }
+        const bool beside = least > reach.margin + reach.dt * approach(a, b, frameA.rotation * manifold.normal);
+        known = beside ? std::min(known, least) : known;
+        return beside;
+    });
     std::vector<ContactPatch<S>> patches;
     patches.reserve(manifolds.size());
     for (const Manifold& manifold : manifolds) {
@@ -159,7 +185,7 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     pair.before = std::move(pair.patches);
     pair.patches = std::move(patches);
     pair.aFromB = aFromB;
-    pair.margin = margin;
+    pair.margin = known;
     pair.made = true;
     return true;
 }

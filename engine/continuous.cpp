@@ -40,8 +40,15 @@ template <class S>
 class Sweeper {
 public:
     Sweeper(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
-            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before, S dt)
-        : bodies_(bodies), joints_(joints), boxes_(boxes), mayCollide_(mayCollide), before_(before), dt_(dt) {}
+            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+            const Vec3<S>& gravity, S dt)
+        : bodies_(bodies),
+          joints_(joints),
+          boxes_(boxes),
+          mayCollide_(mayCollide),
+          before_(before),
+          gravity_(gravity),
+          dt_(dt) {}
 
     SweepCounts run(JobSystem& jobs) {
         choose();
@@ -169,10 +176,12 @@ private:
             }
         }
         std::map<ProxyId, Motion> placed;
+        std::map<ProxyId, double> shares;
         for (const auto& [group, sweep] : first) {
             for (ProxyId i = 0; i < group_.size(); ++i) {
                 if (group_[i] == group && bodies_.used(i) && bodies_[i].isDynamic()) {
                     placed[i] = heldMotion(i, *sweep, first);
+                    shares[i] = sweep->fraction;
                 }
             }
         }
@@ -183,6 +192,8 @@ private:
             const Posed end = motion.at(1);
             b.pose.position = (end * motion.centre).template cast<S>();
             b.pose.rotation = end.rotation.template cast<S>().normalized();
+            fallLess(b, keptBefore(i), shares.at(i));
+            kept_[i] = keptBefore(i) * shares.at(i);
         }
         bool any = false;
         for (Sweep& sweep : sweeps_) {
@@ -191,6 +202,23 @@ private:
             any = any || sweep.isAsked;
         }
         return any;
+    }
+
+    double keptBefore(ProxyId i) const {
+        const auto found = kept_.find(i);
+        return found == kept_.end() ? 1.0 : found->second;
+    }
+    // What is held back loses the rest of its step, and of the speed that it fell into for the whole of it that share.
+    // What something bears did not fall.
+    void fallLess(Body<S>& b, double kept, double share) const {
+        const S g = gravity_.norm();
+        if (!(g > S(0))) {
+            return;
+        }
+        const Vec3<S> down = gravity_ / g;
+        const S scale = static_cast<S>(b.def.gravityScale);
+        const S fell = std::clamp(b.acceleration.dot(down), std::min(S(0), scale * g), std::max(S(0), scale * g));
+        b.v -= static_cast<S>(kept * (1 - share)) * dt_ * fell * down;
     }
 
     // Up to the meeting as it moved; from then on it is carried by what was met, or a wall that moves on would run over
@@ -215,10 +243,12 @@ private:
     const BroadPhase& boxes_;
     FunctionRef<bool(ProxyId, ProxyId)> mayCollide_;
     const std::vector<Before<S>>& before_;
+    Vec3<S> gravity_;
     S dt_;
     std::vector<Sweep> sweeps_;
     std::vector<ProxyId> group_;      // by body: the lowest one of its group
     std::map<ProxyId, Motion> held_;  // the motions of what has been held back
+    std::map<ProxyId, double> kept_;  // share of the step that is left of them
     SweepCounts counts_;
 };
 
@@ -226,16 +256,16 @@ private:
 
 template <class S>
 SweepCounts sweepFastBodies(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
-                            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before, S dt,
-                            JobSystem& jobs) {
-    return Sweeper<S>(bodies, joints, boxes, mayCollide, before, dt).run(jobs);
+                            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+                            const Vec3<S>& gravity, S dt, JobSystem& jobs) {
+    return Sweeper<S>(bodies, joints, boxes, mayCollide, before, gravity, dt).run(jobs);
 }
 
 template SweepCounts sweepFastBodies(BodyTable<float>&, const JointTable<float>&, const BroadPhase&,
-                                     FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<float>>&, float,
-                                     JobSystem&);
+                                     FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<float>>&,
+                                     const Vec3<float>&, float, JobSystem&);
 template SweepCounts sweepFastBodies(BodyTable<double>&, const JointTable<double>&, const BroadPhase&,
-                                     FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<double>>&, double,
-                                     JobSystem&);
+                                     FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<double>>&,
+                                     const Vec3<double>&, double, JobSystem&);
 
 }  // namespace cairn

@@ -28,10 +28,10 @@ double wayOf(const Pose<S>& from, const Pose<S>& to, double radius) {
            arc * static_cast<double>((from.rotation.conjugate() * to.rotation).vec().norm());
 }
 
-// `boxes` must hold every body from where it was to where it is; mayCollide as in BroadPhase.
+// `boxes` must hold every body from where it was to where it is; mayCollide as in BroadPhase. gravity: m/s2.
 template <class S>
 SweepCounts sweepFastBodies(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
-                            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before, S dt,
-                            JobSystem& jobs);
+                            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+                            const Vec3<S>& gravity, S dt, JobSystem& jobs);
 
 }  // namespace cairn

@@ -11,6 +11,7 @@ struct PointImpact {
     S friction;
     S time;    // s, from the start of the sub-step to touching
     S gained;  // m/s, normal speed that forces still add after touching
+    S phase;   // m/s: symplectic Euler's velocities lag half a step behind the parabola that its positions lie on
     S impulse[3] = {0, 0, 0};
     S mobility[3] = {0, 0, 0};
     S target = 0;  // m/s
@@ -94,12 +95,13 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             const SolverBody<S>& b = island.bodies[static_cast<std::size_t>(link.b)];
             const S before = normalSpeed(row, a.vBefore, b.vBefore);
             const S after = normalSpeed(row, a.v, b.v);
-            PointImpact<S> impact{&block, link.patch->restitution, link.patch->friction, S(0), S(0)};
+            PointImpact<S> impact{&block, link.patch->restitution, link.patch->friction, S(0), S(0), S(0)};
             if (row.C > S(0) && after < S(0)) {
                 impact.time = std::min(h, row.C / -after);
             }
             // A point out of reach in this sub-step can still be thrown into the other body by another impact.
             impact.gained = (after - before) * (S(1) - impact.time / h);
+            impact.phase = S(0.5) * (after - before);
             for (int r = 0; r < block.count; ++r) {
                 impact.mobility[r] = island.responses[static_cast<std::size_t>(block.first + r)].mobility;
             }
@@ -126,7 +128,8 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
                 const S atImpact = u - point.gained;
                 const bool reached = row.C + h * u <= S(0) || row.C <= S(0);
                 // At rest against its partner, a point holds still while its neighbours bounce.
-                point.target = u - std::min(S(0), atImpact) * (atImpact < -threshold ? S(1) + point.restitution : S(1));
+                point.target = u - (atImpact < -threshold ? (S(1) + point.restitution) * (atImpact + point.phase)
+                                                          : std::min(S(0), atImpact));
                 if (reached && atImpact < -threshold) {
                     hits = true;
                     time = std::max(time, point.time);

@@ -81,9 +81,7 @@ void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report)
         weight += body.force.template head<3>().norm();
         if (!body.fixed && !body.offset.isZero()) {
             // An impact within the sub-step: forces did their work along the way there and the way back.
-            const Vec3<S> force = body.force.template head<3>();
-            const Vec3<S> jump = body.inverseMass * (body.outside.template head<3>() - h * force);
-            explained += force.dot(S(0.5) * h * jump + body.offset.template head<3>());
+            explained += body.force.template head<3>().dot(body.offset.template head<3>());
         }
         if (body.fixed) {
             drives = drives || !body.v.isZero(S(0));

@@ -102,7 +102,8 @@ void World<S>::Impl::refreshProxies(double dt, const std::vector<Before<S>>& bef
 template <class S>
 void World<S>::Impl::sweep(S dt, const std::vector<Before<S>>& before) {
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
-    const SweepCounts counts = sweepFastBodies<S>(bodies, joints, broadPhase, mayMeet, before, dt, *jobs);
+    const SweepCounts counts =
+        sweepFastBodies<S>(bodies, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt, *jobs);
     report.counts.sweptBodies = counts.swept;
     report.counts.heldBodies = counts.heldBack;
     report.counts.unresolvedSweeps = counts.unresolved;

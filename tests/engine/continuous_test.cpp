@@ -219,9 +219,8 @@ TEST(Continuous, AlwaysAndNeverAreObeyed) {
     EXPECT_EQ(swept(Continuous::Auto, 3.1), 1);
 }
 
-// What is held at an impact loses the rest of that step; what it gains of height by falling on in speed alone is less
-// than what a bounce of symplectic Euler loses anyway, v dt, and it is no later than the other is early. Energy never
-// grows.
+// What is held at an impact loses the rest of that step, and the speed that it would have fallen into in it: it comes
+// late by less than a step and as high as it was.
 TEST(Bounces, OfHeldBallsErrNoMoreThanThoseOfOthers) {
     constexpr double dt = 1.0 / 60;
     constexpr double radius = 0.05;
@@ -252,9 +251,9 @@ TEST(Bounces, OfHeldBallsErrNoMoreThanThoseOfOthers) {
         lowest = std::min(lowest, (top - height) / (speed * dt));
     }
     EXPECT_GT(held, 5);
-    expectBelow("a bounce at 20 m/s is early or late by, steps", latest / dt, 2);
-    expectBelow("height gained by a bounce at 20 m/s, of v dt", std::max(0.0, highest), 1e-9);
-    expectBelow("height lost by a bounce at 20 m/s, of v dt", lowest, 2);
+    expectBelow("a bounce at 20 m/s is late by, steps", latest / dt, 1);
+    expectBelow("height gained by a bounce at 20 m/s, of v dt", std::max(0.0, highest), 2e-3);
+    expectBelow("height lost by a bounce at 20 m/s, of v dt", lowest, 1e-4);
 }
 
 }  // namespace

@@ -74,6 +74,24 @@ Dropped drop(const Shape& shape, const Quatd& turn, double height, bool sleep) {
     return result;
 }
 
+// Balls that fall together do not approach each other until the lowest has met the floor, all within one step.
+TEST(Landing, AColumnThatFallsTogetherStaysApart) {
+    for (const char* const solver : {"auto", "gauss_seidel"}) {
+        Worldd world({.solver = {.name = solver}});
+        addFloor(world);
+        for (int i = 0; i < 6; ++i) {
+            world.add({.shapes = {withMaterial(sphere(0.1), 0, 0)},
+                       .position = Vec3d(0, 0.6 + 0.22 * i, 0),
+                       .linearVelocity = Vec3d(0, -7, 0)});
+        }
+        double worst = 0;
+        for (int i = 0; i < 20; ++i) {
+            worst = std::max(worst, world.step(0.01).error.maxPenetration);
+        }
+        expectBelow(std::string(solver) + ", penetration, m", worst, std::string(solver) == "auto" ? 1e-6 : 1e-2);
+    }
+}
+
 TEST(Resting, CapsuleAndCylinderLieOnTheirSides) {
     for (const Shape& shape : {capsule(0.2, 0.4), cylinder(0.2, 0.4)}) {
         for (const double tilt : {0.0, 0.1}) {
