@@ -131,7 +131,8 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
                     continue;
                 }
             }
-            drawing.instances.push_back({meshOf(shape), toFloat(placed), colour, drawScale(shape)});
+            const bool castsShadow = shape.kind != ShapeKind::HalfSpace;
+            drawing.instances.push_back({meshOf(shape), toFloat(placed), colour, drawScale(shape), castsShadow});
         }
     }
 

@@ -36,6 +36,12 @@ struct Sweep {
     ProxyId other = 0;
 };
 
+// What has been held back moved like this, in a share `kept` of the step.
+struct Held {
+    Motion motion;
+    double kept = 1;
+};
+
 template <class S>
 class Sweeper {
 public:
@@ -69,7 +75,7 @@ public:
 private:
     Motion motionOf(ProxyId i) const {
         if (const auto held = held_.find(i); held != held_.end()) {
-            return held->second;
+            return held->second.motion;
         }
         const Body<S>& b = bodies_[i];
         const Posed from = before_[i].pose.template cast<double>();
@@ -175,25 +181,22 @@ private:
                 counts_.unresolved += sweep.isExact ? 0 : 1;
             }
         }
-        std::map<ProxyId, Motion> placed;
-        std::map<ProxyId, double> shares;
+        std::map<ProxyId, Held> placed;
         for (const auto& [group, sweep] : first) {
             for (ProxyId i = 0; i < group_.size(); ++i) {
                 if (group_[i] == group && bodies_.used(i) && bodies_[i].isDynamic()) {
-                    placed[i] = heldMotion(i, *sweep, first);
-                    shares[i] = sweep->fraction;
+                    placed[i] = {heldMotion(i, *sweep, first), keptOf(i) * sweep->fraction};
                 }
             }
         }
-        for (const auto& [i, motion] : placed) {
+        for (const auto& [i, held] : placed) {
             counts_.heldBack += held_.count(i) == 0 ? 1 : 0;
-            held_[i] = motion;
             Body<S>& b = bodies_[i];
-            const Posed end = motion.at(1);
-            b.pose.position = (end * motion.centre).template cast<S>();
+            fallLess(b, keptOf(i) - held.kept);
+            held_[i] = held;
+            const Posed end = held.motion.at(1);
+            b.pose.position = (end * held.motion.centre).template cast<S>();
             b.pose.rotation = end.rotation.template cast<S>().normalized();
-            fallLess(b, keptBefore(i), shares.at(i));
-            kept_[i] = keptBefore(i) * shares.at(i);
         }
         bool any = false;
         for (Sweep& sweep : sweeps_) {
@@ -204,13 +207,13 @@ private:
         return any;
     }
 
-    double keptBefore(ProxyId i) const {
-        const auto found = kept_.find(i);
-        return found == kept_.end() ? 1.0 : found->second;
+    double keptOf(ProxyId i) const {
+        const auto found = held_.find(i);
+        return found == held_.end() ? 1.0 : found->second.kept;
     }
     // What is held back loses the rest of its step, and of the speed that it fell into for the whole of it that share.
     // What something bears did not fall.
-    void fallLess(Body<S>& b, double kept, double share) const {
+    void fallLess(Body<S>& b, double lost) const {
         const S g = gravity_.norm();
         if (!(g > S(0))) {
             return;
@@ -218,7 +221,7 @@ private:
         const Vec3<S> down = gravity_ / g;
         const S scale = static_cast<S>(b.def.gravityScale);
         const S fell = std::clamp(b.acceleration.dot(down), std::min(S(0), scale * g), std::max(S(0), scale * g));
-        b.v -= static_cast<S>(kept * (1 - share)) * dt_ * fell * down;
+        b.v -= static_cast<S>(lost) * dt_ * fell * down;
     }
 
     // Up to the meeting as it moved; from then on it is carried by what was met, or a wall that moves on would run over
@@ -246,9 +249,8 @@ private:
     Vec3<S> gravity_;
     S dt_;
     std::vector<Sweep> sweeps_;
-    std::vector<ProxyId> group_;      // by body: the lowest one of its group
-    std::map<ProxyId, Motion> held_;  // the motions of what has been held back
-    std::map<ProxyId, double> kept_;  // share of the step that is left of them
+    std::vector<ProxyId> group_;  // by body: the lowest one of its group
+    std::map<ProxyId, Held> held_;
     SweepCounts counts_;
 };
 

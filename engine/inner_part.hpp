@@ -7,16 +7,6 @@
 
 namespace cairn {
 
-// Whether a body of the block asks for a tolerance of its own.
-template <class S>
-bool isInner(const Island<S>& island, const RowBlock<S>& block) {
-    bool inner = false;
-    for (int k = 0; k < block.bodyCount(); ++k) {
-        inner = inner || island.bodies[static_cast<std::size_t>(block.body(k))].tolerance > 0;
-    }
-    return inner;
-}
-
 template <class S>
 class InnerPart {
 public:

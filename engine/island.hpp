@@ -179,6 +179,14 @@ struct Island {
             body.v += body.applyInverseMass(bodyGradient(row, block, k) * impulse);
         }
     }
+    // Whether a body of the block asks for a tolerance of its own.
+    bool isInner(const RowBlock<S>& block) const {
+        bool inner = false;
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            inner = inner || bodies[static_cast<std::size_t>(block.body(k))].tolerance > 0;
+        }
+        return inner;
+    }
     // J M^-1 J^T of a row that need not be among `rows`, 1/kg or 1/(kg m2).
     S mobility(const Row<S>& row, const RowBlock<S>& block) const { return responseOf(row, block).mobility; }
 

@@ -1,4 +1,3 @@
-#include <cairn/engine/inner_part.hpp>
 #include <cairn/engine/ledger.hpp>
 #include <cairn/engine/motion.hpp>
 
@@ -129,7 +128,7 @@ void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report)
                 given[static_cast<std::size_t>(k)] += p * bodyGradient(row, block, k);
             }
         }
-        if (island.marksBorder && isInner(island, block)) {
+        if (island.marksBorder && island.isInner(block)) {
             for (int k = 0; k < block.bodyCount(); ++k) {
                 island.bodies[static_cast<std::size_t>(block.body(k))].handed += given[static_cast<std::size_t>(k)];
             }

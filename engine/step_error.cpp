@@ -1,4 +1,3 @@
-#include <cairn/engine/inner_part.hpp>
 #include <cairn/engine/solvers/row_terms.hpp>
 #include <cairn/engine/step_error.hpp>
 
@@ -11,6 +10,11 @@ S naturalMap(S x, S step, S lo, S hi) {
     return x - std::clamp(x - step, lo, hi);
 }
 
+// The tighter of two tolerances, of which 0 asks for nothing.
+double tighter(double a, double b) {
+    return b > 0 && (a == 0 || b < a) ? b : a;
+}
+
 template <class S>
 class Measure {
 public:
@@ -21,7 +25,7 @@ public:
         error_ = &error;
         island_.jointErrors(C_);
         for (std::size_t k = 0; k < static_cast<std::size_t>(island_.jointBlocks); ++k) {
-            error_ = inner != nullptr && isInner(island_, island_.blocks[k]) ? inner : &error;
+            error_ = inner != nullptr && island_.isInner(island_.blocks[k]) ? inner : &error;
             joint(island_.blocks[k]);
         }
         std::size_t next = static_cast<std::size_t>(island_.jointBlocks);
@@ -32,7 +36,7 @@ public:
                 ContactPointState<S>& point = link.patch->points[k];
                 const S before = std::min(S(0), point.separation);
                 point.separation = point.geometry.separation(a, b);
-                error_ = inner != nullptr && isInner(island_, island_.blocks[next]) ? inner : &error;
+                error_ = inner != nullptr && island_.isInner(island_.blocks[next]) ? inner : &error;
                 error_->sunk = std::max(error_->sunk, static_cast<double>(before - point.separation));
                 point.error = contact(island_.blocks[next++], point.separation);
             }
@@ -44,8 +48,7 @@ private:
     double tolerance(const RowBlock<S>& block) const {
         double least = accuracy_.position;
         for (int k = 0; k < block.bodyCount(); ++k) {
-            const double own = island_.bodies[static_cast<std::size_t>(block.body(k))].tolerance;
-            least = own > 0 && (least == 0 || own < least) ? own : least;
+            least = tighter(least, island_.bodies[static_cast<std::size_t>(block.body(k))].tolerance);
         }
         return least;
     }
@@ -243,7 +246,7 @@ void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, Is
         for (const int body : {link.a, link.b}) {
             const double tolerance = island.bodies[static_cast<std::size_t>(body)].tolerance;
             own = own || tolerance > 0;
-            asked = tolerance > 0 && (asked == 0 || tolerance < asked) ? tolerance : asked;
+            asked = tighter(asked, tolerance);
         }
         IslandError& part = own && inner != nullptr ? *inner : error;
         for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {

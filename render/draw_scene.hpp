@@ -15,6 +15,7 @@ struct DrawInstance {
     Colour colour = {0.7f, 0.7f, 0.7f, 1};
     Vec3f scale = Vec3f::Ones();  // applied in the body frame before the pose; each part not 0. Lets one mesh of a
                                   // unit box or ball stand for all sizes, which is what makes big scenes fast.
+    bool castsShadow = true;      // false for what bounds the scene: the sun shines through it
 };                                // colour.a < 1 draws the body see-through and without a shadow
 
 // Lines and points keep their width in pixels at any distance. With `throughBodies` the parts hidden behind bodies are

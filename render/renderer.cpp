@@ -65,6 +65,7 @@ struct GpuMesh {
 
 struct Batch {  // consecutive instances of one mesh
     MeshHandle mesh;
+    bool castsShadow = true;
     std::size_t first = 0;
     std::size_t count = 0;
 };
@@ -305,7 +306,7 @@ private:
     // Of the scene being drawn.
     Vec3f origin_ = Vec3f::Zero();
     std::vector<InstanceData> instances_;
-    std::vector<Ball> opaqueBalls_, allBalls_;
+    std::vector<Ball> casters_, allBalls_;
     std::vector<Batch> opaque_, seeThrough_;
     FrameBlock frame_{};
     Mat4f viewProjection_, shadowProjection_;
@@ -528,7 +529,7 @@ void Renderer::Impl::resize(int width, int height) {
 // Sorts the instances into batches: opaque ones by mesh, see-through ones from far to near.
 void Renderer::Impl::collect(const DrawScene& scene) {
     instances_.clear();
-    opaqueBalls_.clear();
+    casters_.clear();
     allBalls_.clear();
     opaque_.clear();
     seeThrough_.clear();
@@ -560,15 +561,19 @@ void Renderer::Impl::collect(const DrawScene& scene) {
             const float farB = (balls[j].centre - eye).squaredNorm();
             return farA != farB ? farA > farB : i < j;
         }
-        return a.mesh != b.mesh ? a.mesh < b.mesh : i < j;
+        if (a.mesh != b.mesh) {
+            return a.mesh < b.mesh;
+        }
+        return a.castsShadow != b.castsShadow ? a.castsShadow : i < j;
     });
     for (const std::size_t i : order) {
         const DrawInstance& instance = scene.instances[i];
         const bool clear = instance.colour.a < 1;
         std::vector<Batch>& batches = clear ? seeThrough_ : opaque_;
         // A see-through body is its own batch: its nearest surface is found before it is blended.
-        if (batches.empty() || clear || batches.back().mesh != instance.mesh) {
-            batches.push_back({instance.mesh, instances_.size(), 0});
+        if (batches.empty() || clear || batches.back().mesh != instance.mesh ||
+            batches.back().castsShadow != instance.castsShadow) {
+            batches.push_back({instance.mesh, instance.castsShadow, instances_.size(), 0});
         }
         ++batches.back().count;
         const Eigen::Matrix3f axes = instance.pose.rotation.toRotationMatrix() * instance.scale.asDiagonal();
@@ -579,17 +584,18 @@ void Renderer::Impl::collect(const DrawScene& scene) {
         data.colour = linear(instance.colour);
         instances_.push_back(data);
         allBalls_.push_back(balls[i]);
-        if (!clear) {
-            opaqueBalls_.push_back(balls[i]);
+        if (!clear && instance.castsShadow) {
+            casters_.push_back(balls[i]);
         }
     }
 }
 
 // The light's box: as small as the casters in sight allow, because its texels set how sharp shadows are. Bodies far
-// larger than the rest (floors, walls, terrain) cast shadows but do not stretch it. Its size moves in steps of a
-// quarter octave and its place in whole texels, so that shadows do not crawl from one picture of a film to the next.
+// larger than the rest stretch it only while a texel is a sixteenth of the middle body's radius: a bowl does, a floor
+// or a hill does not. Its size moves in steps of a quarter octave and its place in whole texels, so that shadows do not
+// crawl from one picture of a film to the next.
 void Renderer::Impl::fitShadow(const DrawScene& scene, const View& view, float farthest) {
-    hasShadow_ = scene.sun.shadows && !opaqueBalls_.empty() && scene.sun.intensity > 0;
+    hasShadow_ = scene.sun.shadows && !casters_.empty() && scene.sun.intensity > 0;
     frame_.toSun[3] = 0;
     if (!hasShadow_) {
         return;
@@ -600,12 +606,13 @@ void Renderer::Impl::fitShadow(const DrawScene& scene, const View& view, float f
     completeBasis(toSun, x, y);
 
     std::vector<float> radii;
-    for (const Ball& ball : opaqueBalls_) {
+    for (const Ball& ball : casters_) {
         radii.push_back(ball.radius);
     }
     const auto middle = radii.begin() + static_cast<std::ptrdiff_t>((radii.size() - 1) / 2);
     std::nth_element(radii.begin(), middle, radii.end());
     const float largest = 12 * *middle;
+    const float widest = static_cast<float>(shadowSize) / 16 * *middle;  // m
 
     constexpr float infinity = std::numeric_limits<float>::infinity();
     Eigen::Array3f low = Eigen::Array3f::Constant(infinity);
@@ -614,14 +621,18 @@ void Renderer::Impl::fitShadow(const DrawScene& scene, const View& view, float f
     float highZ = -infinity;
     float reach = 0;
     const Vec3f eye = scene.camera.eye - origin_;
-    for (const Ball& ball : opaqueBalls_) {
-        const Eigen::Array3f at(ball.centre.dot(x), ball.centre.dot(y), ball.centre.dot(toSun));
-        lowZ = std::min(lowZ, at.z() - ball.radius);
-        highZ = std::max(highZ, at.z() + ball.radius);
-        if (ball.radius <= largest) {
-            low = low.min(at - ball.radius);
-            high = high.max(at + ball.radius);
-            reach = std::max(reach, (ball.centre - eye).dot(view.forward) + ball.radius);
+    for (const bool large : {false, true}) {
+        for (const Ball& ball : casters_) {
+            const Eigen::Array3f at(ball.centre.dot(x), ball.centre.dot(y), ball.centre.dot(toSun));
+            const Eigen::Array3f grownLow = low.min(at - ball.radius);
+            const Eigen::Array3f grownHigh = high.max(at + ball.radius);
+            lowZ = std::min(lowZ, at.z() - ball.radius);
+            highZ = std::max(highZ, at.z() + ball.radius);
+            if (large == (ball.radius > largest) && (!large || (grownHigh - grownLow).head<2>().maxCoeff() <= widest)) {
+                low = grownLow;
+                high = grownHigh;
+                reach = std::max(reach, (ball.centre - eye).dot(view.forward) + ball.radius);
+            }
         }
     }
     // What the camera sees, out to well behind the farthest fitted caster, where its shadow may fall.
@@ -873,7 +884,10 @@ Image Renderer::Impl::render(const DrawScene& scene) {
         gl_.ClearBufferfv(GL_DEPTH, 0, &farDepth);
         gl_.Enable(GL_POLYGON_OFFSET_FILL);
         gl_.PolygonOffset(1.1f, 4.0f);
-        drawBatches(shadowProgram_, shadowProjection_, opaque_);
+        std::vector<Batch> casting;
+        std::copy_if(opaque_.begin(), opaque_.end(), std::back_inserter(casting),
+                     [](const Batch& batch) { return batch.castsShadow; });
+        drawBatches(shadowProgram_, shadowProjection_, casting);
         gl_.Disable(GL_POLYGON_OFFSET_FILL);
     }
 

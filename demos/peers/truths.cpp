@@ -16,30 +16,26 @@ double frictionAt(const Scene& scene, std::size_t body) {
     return scene.bodies[body].shapes[0].material.friction;  // that of the floor is the same
 }
 
-// A block slows down at mu g and stops.
-TruePoint sliding(const Scene& scene) {
+// Slows down at mu g until a share of its speed is gone, and keeps the rest.
+TruePoint braked(const Scene& scene, double share) {
     const std::size_t body = firstDynamic(scene);
     const BodyDef& def = scene.bodies[body];
     const double slowing = frictionAt(scene, body) * scene.world.gravity.norm();
     const double speed = def.linearVelocity.norm();
     const Vec3d along = def.linearVelocity.normalized();
     return {body, Vec3d::Zero(), [=, from = def.position](double t) -> Vec3d {
-                const double until = slowing > 0 ? std::min(t, speed / slowing) : t;
-                return from + (speed * until - slowing * until * until / 2) * along;
+                const double until = slowing > 0 ? std::min(t, share * speed / slowing) : t;
+                return from + (speed * t - slowing * until * (t - until / 2)) * along;
             }};
 }
 
-// A ball thrown without spin slows down at mu g until it rolls at 5/7 of its speed (moment of inertia 2/5 m r^2).
+TruePoint sliding(const Scene& scene) {
+    return braked(scene, 1);
+}
+
+// A ball thrown without spin rolls at 5/7 of its speed (moment of inertia 2/5 m r^2).
 TruePoint rolling(const Scene& scene) {
-    const std::size_t body = firstDynamic(scene);
-    const BodyDef& def = scene.bodies[body];
-    const double slowing = frictionAt(scene, body) * scene.world.gravity.norm();
-    const double speed = def.linearVelocity.norm();
-    const Vec3d along = def.linearVelocity.normalized();
-    return {body, Vec3d::Zero(), [=, from = def.position](double t) -> Vec3d {
-                const double until = slowing > 0 ? std::min(t, 2 * speed / (7 * slowing)) : t;
-                return from + (speed * t - slowing * until * (t - until / 2)) * along;
-            }};
+    return braked(scene, 2.0 / 7);
 }
 
 // The height over its tile of a ball that falls from h and keeps a share e of its speed at each bounce.

@@ -195,6 +195,28 @@ TEST(Renderer, shadowFallsOnBodies) {
     const float shaded = linearAt(scene, image, {-0.3f, -0.3f, -1.5f}).y();
     const float open = linearAt(scene, image, {-1.2f, -1.2f, -1.5f}).y();
     EXPECT_LT(shaded, 0.6f * open);
+    scene.instances.back().castsShadow = false;
+    EXPECT_GT(linearAt(scene, renderer().render(scene), {-0.3f, -0.3f, -1.5f}).y(), 0.97f * open);
+}
+
+// The light's box is fitted to the small bodies, and to a slab twenty times as large beside them.
+TEST(Renderer, shadowOfALargeBodyIsWhole) {
+    DrawScene scene;
+    scene.width = 480;
+    scene.height = 270;
+    scene.ambientOcclusion = false;
+    scene.camera = {.eye = {0, 12, 6}, .target = {0, 0, 0}, .verticalFov = 0.7f};
+    scene.sun.direction = {0, -1, 0.5f};
+    for (int i = 0; i < 3; ++i) {
+        scene.instances.push_back(
+            {.mesh = unitBox(), .pose = {{0.4f * static_cast<float>(i), 0.1f, 2}}, .scale = {0.2f, 0.2f, 0.2f}});
+    }
+    scene.instances.push_back({.mesh = unitBox(), .pose = {{0, 2, 0}}, .scale = {7, 0.2f, 1}});
+    const Image image = renderer().render(scene);
+    const float open = linearAt(scene, image, {-3.3f, 0, 2.2f}).y();
+    for (const float x : {-3.3f, -2.0f, 2.0f, 3.3f}) {
+        EXPECT_LT(linearAt(scene, image, {x, 0, 1}).y(), 0.62f * open) << x;
+    }
 }
 
 TEST(Renderer, curvedMeshesLookSmoothAndBoxesFlat) {
