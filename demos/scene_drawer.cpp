@@ -8,22 +8,6 @@ namespace cairn {
 
 namespace {
 
-bool scalesFromUnit(ShapeKind kind) {
-    return kind == ShapeKind::Box || kind == ShapeKind::Sphere || kind == ShapeKind::Ellipsoid;
-}
-
-Vec3f drawScale(const Shape& shape) {
-    switch (shape.kind) {
-        case ShapeKind::Box:
-        case ShapeKind::Ellipsoid:
-            return shape.size.cast<float>();
-        case ShapeKind::Sphere:
-            return Vec3f::Constant(static_cast<float>(shape.size.x()));
-        default:
-            return Vec3f::Ones();
-    }
-}
-
 Posef toFloat(const Posed& pose) {
     return pose.cast<float>();
 }
@@ -85,18 +69,12 @@ PictureSize parsePictureSize(const std::string& text) {
 }
 
 MeshHandle SceneDrawer::meshOf(const Shape& shape) {
-    Shape plain = shape;
-    plain.pose = {};
-    if (scalesFromUnit(shape.kind)) {
-        plain.size = Vec3d::Ones();
-    }
-    const Key key{plain.kind, {plain.size.x(), plain.size.y(), plain.size.z()}, plain.offset, plain.hull, plain.mesh,
-                  plain.field};
+    const ShapeKey key = drawnKey(shape);
     const auto found = meshes_.find(key);
     if (found != meshes_.end()) {
         return found->second;
     }
-    const MeshHandle handle = renderer_.addMesh(surface(plain));
+    const MeshHandle handle = renderer_.addMesh(drawnMesh(shape));
     meshes_.emplace(key, handle);
     return handle;
 }
@@ -123,16 +101,13 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
         }
         for (const Shape& shape : body.shapes) {
             const Posed placed = pose * shape.pose;
-            if (shape.kind == ShapeKind::HalfSpace) {
-                const Vec3d normal = placed.rotation * shape.size;
-                if (normal.y() > 1 - 1e-9) {
-                    drawing.ground.visible = true;
-                    drawing.ground.height = static_cast<float>(placed.position.y() + shape.offset);
-                    continue;
-                }
+            if (isGround(shape, pose)) {
+                drawing.ground.visible = true;
+                drawing.ground.height = static_cast<float>(placed.position.y() + shape.offset);
+                continue;
             }
             const bool castsShadow = shape.kind != ShapeKind::HalfSpace;
-            drawing.instances.push_back({meshOf(shape), toFloat(placed), colour, drawScale(shape), castsShadow});
+            drawing.instances.push_back({meshOf(shape), toFloat(placed), colour, drawnScale(shape), castsShadow});
         }
     }
 

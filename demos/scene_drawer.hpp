@@ -1,6 +1,6 @@
 #pragma once
 // Pictures of a running scene. Static bodies are grey, others have a colour of their own.
-#include <cairn/demos/simulation.hpp>
+#include <cairn/demos/drawn_shape.hpp>
 #include <cairn/render/render.hpp>
 
 namespace cairn {
@@ -43,20 +43,10 @@ public:
     Renderer& renderer() { return renderer_; }
 
 private:
-    // A shape up to its pose, and for boxes, balls and ellipsoids up to its size. The pointers are kept alive with it.
-    struct Key {
-        ShapeKind kind;
-        std::array<double, 3> size;
-        double offset;  // m, of half-spaces
-        std::shared_ptr<const Hull> hull;
-        std::shared_ptr<const CollisionMesh> mesh;
-        std::shared_ptr<const HeightField> field;
-        auto operator<=>(const Key&) const = default;
-    };
     MeshHandle meshOf(const Shape& shape);
 
     Renderer renderer_;
-    std::map<Key, MeshHandle> meshes_;
+    std::map<ShapeKey, MeshHandle> meshes_;
     std::vector<MeshHandle> surfaces_;  // of the deformables of the last drawing
 };
 

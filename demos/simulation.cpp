@@ -57,6 +57,7 @@ public:
     TriangleMesh surface(std::size_t deformable) const override {
         return surfaceOf(world_, placed_.deformables[deformable]);
     }
+    const Skin& skin(std::size_t deformable) const override { return placed_.deformables[deformable].skin; }
     std::size_t firstParticle(std::size_t deformable) const override { return first_[deformable]; }
     std::size_t particleCount(std::size_t deformable) const override {
         return placed_.deformables[deformable].particles.size();

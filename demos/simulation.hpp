@@ -33,6 +33,7 @@ public:
     virtual std::vector<BodyErrorView> bodyErrors() const = 0;
     virtual std::size_t deformableCount() const = 0;
     virtual TriangleMesh surface(std::size_t deformable) const = 0;  // world, closed
+    virtual const Skin& skin(std::size_t deformable) const = 0;      // how that surface follows its particles
     // The `body` of its first particle; the others follow.
     virtual std::size_t firstParticle(std::size_t deformable) const = 0;
     virtual std::size_t particleCount(std::size_t deformable) const = 0;

@@ -1,4 +1,5 @@
 #include <cairn/demos/advice/page.hpp>
+#include <cairn/demos/base64.hpp>
 
 #include <unistd.h>
 #include <algorithm>
@@ -107,7 +108,8 @@ const scaleOf = (axis, values, from, to) => {
 const tickText = v => v !== 0 && (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3) ? v.toExponential(0) : String(Number(v.toPrecision(3)));
 
 // spec: x, y {label, log}, lines [{points, colour, dash, width}], rules [{y or x, text, colour, under}],
-// marks [{x, y, colour, index, name, ring, title}]
+// marks [{x, y, colour, index, name, ring, title}]. Gives back where values stand: { x, y } with at(value), in its pixels,
+// and the edges of the plot.
 const chart = (svg, spec) => {
   const W = Math.max(260, svg.parentElement.clientWidth - 2 * parseFloat(getComputedStyle(svg.parentElement).paddingLeft));
   const H = spec.height || 340, L = 58, R = 12, T = 14, B = 46;
@@ -149,6 +151,7 @@ const chart = (svg, spec) => {
   svg.setAttribute('viewBox', `0 0 ${W} ${H}`);
   svg.setAttribute('height', H);
   svg.innerHTML = out;
+  return { x, y, top: T, bottom: H - B, left: L, right: W - R };
 };
 
 const redraws = [];
@@ -168,21 +171,6 @@ for (const table of document.querySelectorAll('table.sorted')) {
   }));
 }
 )page";
-
-std::string base64(const std::string& bytes) {
-    constexpr const char* letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string out;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        std::uint32_t three = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            three = three << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-        }
-        for (std::size_t k = 0; k < 4; ++k) {
-            out += i + k > bytes.size() ? '=' : letters[three >> (18 - 6 * k) & 63u];
-        }
-    }
-    return out;
-}
 
 // No text in it can end the element that it stands in.
 std::string inScript(const nlohmann::ordered_json& json) {
@@ -233,7 +221,7 @@ Image heatPicture(SceneDrawer& drawer, const Simulation& simulation, const Scene
 }
 
 std::string inlinedPng(const std::string& png, const std::string& alternative) {
-    return "<img alt=\"" + escapedHtml(alternative) + "\" src=\"data:image/png;base64," + base64(png) + "\">";
+    return "<img alt=\"" + escapedHtml(alternative) + "\" src=\"data:image/png;base64," + toBase64(png) + "\">";
 }
 
 std::string briefOrBroke(double x) {

@@ -1,5 +1,8 @@
 #include <cairn/demos/command/command.hpp>
 
+#include <fstream>
+#include <sstream>
+
 namespace cairn {
 
 namespace {
@@ -8,8 +11,8 @@ bool looksLikeFile(const std::string& text) {
     return text.find('/') != std::string::npos || text.ends_with(".json") || std::filesystem::is_regular_file(text);
 }
 
-// Throws InputError naming the nearest scene file beside the one that is missing.
-void requireFile(const std::filesystem::path& file) {
+// Throws InputError naming the nearest file beside the one that is missing.
+void requireFile(const std::string& what, const std::filesystem::path& file) {
     if (std::filesystem::is_regular_file(file)) {
         return;
     }
@@ -28,7 +31,7 @@ void requireFile(const std::filesystem::path& file) {
     } else if (!names.empty()) {
         remedy += "; did you mean '" + (folder / nearestName(file.filename().string(), names)).string() + "'?";
     }
-    throw InputError("scene file", file.string(), remedy);
+    throw InputError(what, file.string(), remedy);
 }
 
 // Sets further numbers of the solver by the names that they have in scene files, by whose rules they are checked.
@@ -62,7 +65,10 @@ CLI::AsNumberWithUnit timeUnit() {
 }
 
 void addSceneChoice(CLI::App& command, SceneArguments& arguments) {
-    command.add_option("scene", arguments.scene, "a built-in scene (cairn list) or a scene file")->required();
+    command
+        .add_option("scene", arguments.scene,
+                    "a built-in scene (cairn list), a scene file, or the scene of a recording")
+        ->required();
     command.add_option("--set", arguments.set, "NAME=VALUE: a parameter of a built-in scene; may be repeated");
     command.add_option("--dt", arguments.dt, "step, s; the scene says otherwise")->check(CLI::Range(1e-6, 1.0));
     command.add_option("--threads", arguments.threads, "threads")->check(CLI::Range(1, 1024));
@@ -92,15 +98,22 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
         ->capture_default_str();
 }
 
+std::string readFile(const std::string& what, const std::filesystem::path& file) {
+    requireFile(what, file);
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+}
+
 Scene openScene(const SceneArguments& arguments) {
     Scene scene;
     if (looksLikeFile(arguments.scene)) {
-        requireFile(arguments.scene);
+        const std::string text = readFile("scene file", arguments.scene);
         if (!arguments.set.empty()) {
             throw InputError("--set", arguments.set.front(),
                              "only built-in scenes have parameters; change the file instead");
         }
-        scene = loadScene(arguments.scene);
+        scene = isRecording(text) ? recordedScene(text, arguments.scene) : loadScene(arguments.scene);
     } else {
         const BuiltinScene& builtin = builtinScene(arguments.scene);
         SceneOverrides overrides;

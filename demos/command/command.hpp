@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cairn/demos/command/table.hpp>
 #include <cairn/demos/demos.hpp>
+#include <cairn/demos/recording/recording.hpp>
 
 namespace cairn {
 
@@ -16,6 +17,9 @@ using Action = std::function<int()>;
 Action addList(CLI::App& app);
 Action addRun(CLI::App& app);
 Action addRender(CLI::App& app);
+Action addRecord(CLI::App& app);
+Action addReplay(CLI::App& app);
+Action addView(CLI::App& app);
 Action addDemo(CLI::App& app);
 Action addCompare(CLI::App& app);
 Action addStudy(CLI::App& app);
@@ -49,6 +53,15 @@ CLI::AsNumberWithUnit lengthUnit();
 CLI::AsNumberWithUnit timeUnit();
 // Throws InputError.
 Scene openScene(const SceneArguments& arguments);
+
+// Says on standard error which promises the run broke, and gives the exit code.
+int concludeRun(const RunResult& result);
+// The whole file; for one that is missing throws InputError naming the nearest beside it. `what`: "scene file".
+std::string readFile(const std::string& what, const std::filesystem::path& file);
+
+// What record and view share.
+void addFps(CLI::App& app, double& fps);
+Recording recordRun(const Scene& scene, SceneRun& run, double fps);
 
 // A line on standard error while something takes longer than a second; silent where standard error is no terminal.
 class Progress {

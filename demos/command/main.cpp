@@ -23,6 +23,9 @@ int main(int argc, char** argv) {
     add("list", "built-in scenes with their parameters, and solvers", cairn::addList);
     add("run", "run a scene and report cost and error", cairn::addRun);
     add("render", "pictures or a film of a scene", cairn::addRender);
+    add("record", "run a scene into a file that replay and view take", cairn::addRecord);
+    add("replay", "make a recorded run again and compare it bit for bit", cairn::addReplay);
+    add("view", "a page that plays a scene or a recording in a browser, with its error", cairn::addView);
     add("demo", "run the demonstration scenes: pictures, a film and a table", cairn::addDemo);
     add("check", "what will be hard about a scene, before it is run", cairn::addCheck);
     add("explain", "what a scene makes the engine model, why, and what each costs", cairn::addExplain);

@@ -115,6 +115,19 @@ int runScene(const RunArguments& arguments) {
         }
     }
 
+    int exitCode = concludeRun(result);
+    const double worst = std::max(result.worst.penetration, result.worst.jointGap);
+    if (arguments.tolerance && worst > *arguments.tolerance) {
+        std::fprintf(stderr, "cairn: tolerance missed: worst penetration or joint gap %s m, asked %s m\n",
+                     brief(worst).c_str(), brief(arguments.tolerance).c_str());
+        exitCode = exitBroken;
+    }
+    return exitCode;
+}
+
+}  // namespace
+
+int concludeRun(const RunResult& result) {
     int exitCode = exitOk;
     if ((result.flags & FlagNonFinite) != 0) {
         std::fprintf(stderr, "cairn: a body went non-finite during the run\n");
@@ -126,16 +139,8 @@ int runScene(const RunArguments& arguments) {
                      "(accuracy.mostPieces), or a shorter dt\n");
         exitCode = exitBroken;
     }
-    const double worst = std::max(result.worst.penetration, result.worst.jointGap);
-    if (arguments.tolerance && worst > *arguments.tolerance) {
-        std::fprintf(stderr, "cairn: tolerance missed: worst penetration or joint gap %s m, asked %s m\n",
-                     brief(worst).c_str(), brief(arguments.tolerance).c_str());
-        exitCode = exitBroken;
-    }
     return exitCode;
 }
-
-}  // namespace
 
 Action addRun(CLI::App& app) {
     const auto arguments = std::make_shared<RunArguments>();
