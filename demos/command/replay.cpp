@@ -73,8 +73,9 @@ void printDifference(const Recording& recording, const ReplayResult& result) {
     if (step == 0) {
         std::printf("the start differs already: the file was changed by hand\n");
     } else {
-        std::printf("step %d (%s s) is the first that differs, in its %s; %d before it agree\n", step,
-                    fixed(step * dt, 4).c_str(), result.what.c_str(), result.agreed);
+        std::printf("step %d (%s s) is the first that differs, in its %s; %s before it agree\n", step,
+                    fixed(step * dt, 4).c_str(), result.what.c_str(),
+                    result.agreed > 0 ? std::to_string(result.agreed).c_str() : "no steps");
     }
     if (!result.first) {
         std::printf("no poses were recorded from there to step %d: see further with --to, or record with more --fps\n",

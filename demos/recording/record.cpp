@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace cairn {
 
@@ -35,6 +36,11 @@ public:
 private:
     std::uint64_t hash_ = 0;
 };
+
+// What is not finite has one name in files, and is equal to itself.
+double orInfinity(double x) {
+    return std::isfinite(x) ? x : std::numeric_limits<double>::infinity();
+}
 
 // Whom the errors of the last step belong to.
 void findWorst(const Simulation& simulation, const Scene& scene, RecordedStep& step) {
@@ -105,8 +111,8 @@ std::uint64_t stateHash(const Simulation& simulation) {
 RecordedStep recordedStep(const Scene& scene, const Simulation& simulation) {
     const StepReport& report = simulation.report();
     RecordedStep step = {.hash = stateHash(simulation),
-                         .penetration = report.error.maxPenetration,
-                         .jointGap = report.error.maxJointGap,
+                         .penetration = orInfinity(report.error.maxPenetration),
+                         .jointGap = orInfinity(report.error.maxJointGap),
                          .flags = report.flags,
                          .effort = report.effort,
                          .contacts = report.counts.contacts,

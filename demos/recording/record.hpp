@@ -8,8 +8,8 @@ namespace cairn {
 
 struct RecordedStep {
     std::uint64_t hash = 0;   // stateHash() after the step
-    double penetration = 0;   // m, StepError::maxPenetration
-    double jointGap = 0;      // m, StepError::maxJointGap
+    double penetration = 0;   // m, StepError::maxPenetration; infinity for what is not finite
+    double jointGap = 0;      // m, StepError::maxJointGap; the same
     std::uint32_t flags = 0;  // StepFlag bits
     int effort = -1;          // StepReport::effort; -1: no budget
     int contacts = 0;

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cinttypes>
 #include <cstdio>
+#include <limits>
 
 namespace cairn {
 
@@ -52,7 +53,11 @@ public:
         }
         return json_.get<std::string>();
     }
+    // null stands for infinity, which JSON has not.
     double number() const {
+        if (json_.is_null()) {
+            return std::numeric_limits<double>::infinity();
+        }
         if (!json_.is_number()) {
             refuse(std::string("it must be a number: ") + recordAnew);
         }

@@ -31,7 +31,7 @@ const viewOf = aspect => {
   const c = Math.cos(camera.pitch), back = [c * Math.sin(camera.yaw), Math.sin(camera.pitch), c * Math.cos(camera.yaw)];
   const right = [Math.cos(camera.yaw), 0, -Math.sin(camera.yaw)], up = cross(back, right);
   const eye = back.map(x => x * camera.distance);
-  const tall = Math.tan(data.view.fov * Math.PI / 360) * Math.max(1, 1.2 / aspect), wide = tall * aspect;
+  const tall = Math.tan(data.view.fov * Math.PI / 360) * Math.max(1, 1.35 / aspect), wide = tall * aspect;
   const near = camera.distance * .01, far = camera.distance * 60 + 100;
   const lens = [1 / wide, 0, 0, 0, 0, 1 / tall, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0];
   return { eye, right, up, back, tall, wide, clip: times(lens, frameOf(right, up, back, eye)) };
@@ -68,7 +68,7 @@ const withNormals = (vertices, triangles) => {
 };
 
 const meshes = data.meshes.map(m => {
-  const vertices = floatsOf(m.vertices), triangles = indicesOf(m.triangles);
+  const vertices = verticesOf(m.vertices), triangles = indicesOf(m.triangles);
   let radius = 0;
   for (let i = 0; i < vertices.length; i += 3) radius = Math.max(radius, Math.hypot(vertices[i], vertices[i + 1], vertices[i + 2]));
   return { vertices, triangles, radius, oneSided: m.one_sided, parts: [] };

@@ -3,7 +3,6 @@
 #include <cairn/demos/recording/view_script.hpp>
 
 #include <cmath>
-#include <cstring>
 
 namespace cairn {
 
@@ -31,14 +30,6 @@ Json colourJson(const Colour& colour) {
     return {shortened(srgbToLinear(colour.r)), shortened(srgbToLinear(colour.g)), shortened(srgbToLinear(colour.b))};
 }
 
-// Little-endian, as browsers on all machines of today read typed arrays.
-template <class T>
-void append(std::string& bytes, T value) {
-    char raw[sizeof value];
-    std::memcpy(raw, &value, sizeof value);
-    bytes.append(raw, sizeof value);
-}
-
 // Each index as its distance from the one before: neighbours in a mesh are mostly near in number.
 Json trianglesJson(const std::vector<std::array<int, 3>>& triangles) {
     std::string bytes;
@@ -52,11 +43,15 @@ Json trianglesJson(const std::vector<std::array<int, 3>>& triangles) {
     return toBase64(bytes);
 }
 
+// Places in the units of poses, each as its distance from the one before.
 Json meshJson(const TriangleMesh& mesh, bool oneSided) {
     std::string bytes;
+    std::array<std::int64_t, 3> last = {};
     for (const Vec3d& vertex : mesh.vertices) {
-        for (int k = 0; k < 3; ++k) {
-            append(bytes, static_cast<float>(vertex[k]));
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::int64_t whole = std::llround(vertex[static_cast<int>(k)] / positionUnit);
+            appendNumber(bytes, whole - last[k]);
+            last[k] = whole;
         }
     }
     return {{"vertices", toBase64(bytes)}, {"triangles", trianglesJson(mesh.triangles)}, {"one_sided", oneSided}};

@@ -63,13 +63,15 @@ const placeTag = () => {
   tag.style.transform = `translate(${left}px, ${Math.max(4, y - 30)}px)`;
 };
 
+// mm; null: not finite, drawn above all else.
+const amount = mm => mm === null ? 1e9 : mm;
 let scales = null;
 const bucketed = (values, floor) => {
   const every = Math.max(1, Math.ceil(values.length / 1500)), points = [];
   for (let i = 0; i < values.length; i += every) {
     let worst = i;
-    for (let k = i; k < Math.min(i + every, values.length); ++k) if (values[k] > values[worst]) worst = k;
-    points.push([(worst + 1) * data.dt, Math.max(values[worst], floor)]);
+    for (let k = i; k < Math.min(i + every, values.length); ++k) if (amount(values[k]) > amount(values[worst])) worst = k;
+    points.push([(worst + 1) * data.dt, Math.max(amount(values[worst]), floor)]);
   }
   return points;
 };
@@ -211,7 +213,7 @@ el('errorplot').addEventListener('pointerdown', scrubChart);
 el('errorplot').addEventListener('pointermove', scrubChart);
 
 // Where to look first: each leads there.
-const worstOf = values => values.reduce((best, v, i) => v > values[best] ? i : best, 0);
+const worstOf = values => values.reduce((best, v, i) => amount(v) > amount(values[best]) ? i : best, 0);
 const tile = (words, big, small, step, body, bad) => `<button type="button" class="card tile ${bad ? 'bad' : ''}" data-step="${step}" ` +
   `${body >= 0 ? `data-body="${body}"` : ''}><p class="kicker">${words}</p><p class="big">${big}</p><p class="soft">${small}</p></button>`;
 const tiles = [];
@@ -219,9 +221,9 @@ if (data.steps > 0) {
   const deep = worstOf(data.penetration), wide = worstOf(data.gap), flagged = data.flags.filter(f => f).length;
   const [a, b] = data.deepest[deep], joint = data.joints[data.widest[wide]], moving = (c, d) => c >= 0 && !moves(c) ? d : c;
   const when = i => `at ${brief((i + 1) * data.dt)} s, step ${i + 1}`;
-  if (data.penetration[deep] > 0) tiles.push(tile('worst penetration', long(data.penetration[deep]),
+  if (amount(data.penetration[deep]) > 0) tiles.push(tile('worst penetration', long(data.penetration[deep]),
     when(deep) + (a >= 0 ? `: ${escape(nameOf(a))} in ${escape(nameOf(b))}` : ''), deep + 1, moving(a, b)));
-  if (data.gap[wide] > 0) tiles.push(tile('worst joint gap', long(data.gap[wide]),
+  if (amount(data.gap[wide]) > 0) tiles.push(tile('worst joint gap', long(data.gap[wide]),
     when(wide) + (joint ? `: ${escape(joint[0])}` : ''), wide + 1, joint ? moving(joint[1], joint[2]) : -1));
   const first = data.flags.findIndex(f => f);
   tiles.push(tile('flags', flagged ? `${flagged} step${flagged > 1 ? 's' : ''}` : 'none', flagged ?

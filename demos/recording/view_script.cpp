@@ -61,7 +61,6 @@ to look at it. Space, arrow keys, Home and End play.</p>
 // Tracks are read as pose_track.hpp says.
 const char* const run = R"page(
 const bytesOf = text => Uint8Array.from(atob(text), c => c.charCodeAt(0));
-const floatsOf = text => new Float32Array(bytesOf(text).buffer);
 // Whole numbers of as many bytes as they need.
 const reader = bytes => {
   let at = 0;
@@ -71,6 +70,11 @@ const reader = bytes => {
   return { whole, done: () => at >= bytes.length };
 };
 const fromZigzag = z => z % 2 ? -(z + 1) / 2 : z / 2;
+const verticesOf = text => {
+  const from = reader(bytesOf(text)), out = [];
+  for (const last = [0, 0, 0]; !from.done();) out.push((last[out.length % 3] += fromZigzag(from.whole())) * data.unit_m);
+  return Float32Array.from(out);
+};
 const indicesOf = text => {
   const from = reader(bytesOf(text)), out = [];
   for (let last = 0; !from.done();) out.push(last += fromZigzag(from.whole()));

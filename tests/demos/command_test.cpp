@@ -372,6 +372,99 @@ TEST_F(Command, BenchComparesWithWhatWasBefore) {
     expectUsageError("bench tower --seconds 0.1 --baseline " + path("odd.json"), "odd.json");
 }
 
+TEST_F(Command, RecordsAndReplays) {
+    const auto path = [&](const char* name) { return "'" + (scratch() / name).string() + "'"; };
+    const Outcome made = cairn("record pile --set n=20 --seconds 1 --out " + path("pile.json"));
+    EXPECT_EQ(made.code, 0) << made.err;
+    EXPECT_NE(made.out.find("60 steps"), std::string::npos) << made.out;
+    for (const char* const threads : {"", " --threads 2", " --threads 3"}) {
+        const Outcome same = cairn("replay " + path("pile.json") + threads);
+        EXPECT_EQ(same.code, 0) << same.err;
+        EXPECT_NE(same.out.find("all 60 steps agree, bit for bit"), std::string::npos) << same.out;
+    }
+    // What was recorded is what `run` does.
+    const nlohmann::json run = runJson("pile --set n=20 --seconds 1");
+    const nlohmann::json again = nlohmann::json::parse(
+        cairn("record pile --set n=20 --seconds 1 --threads 2 --json - --out " + path("again.json")).out);
+    EXPECT_EQ(again.at("error"), run.at("error"));
+    EXPECT_EQ(again.at("recording").at("bytes"), std::filesystem::file_size(scratch() / "again.json"));
+    const nlohmann::json file = nlohmann::json::parse(slurp(scratch() / "pile.json"));
+    EXPECT_EQ(file.at("steps"), nlohmann::json::parse(slurp(scratch() / "again.json")).at("steps"));
+    double worst = 0;
+    for (const double penetration : file.at("steps").at("penetration_m")) {
+        worst = std::max(worst, penetration);
+    }
+    EXPECT_EQ(run.at("error").at("max_penetration_m"), worst);
+    for (const std::string options : {"--budget 0.1ms", "--precision float --threads 2", "--solver avbd --fps 10"}) {
+        EXPECT_EQ(cairn("record tower --seconds 0.5 " + options + " --out " + path("t.json")).code, 0) << options;
+        const Outcome same = cairn("replay --json - " + path("t.json"));
+        EXPECT_EQ(same.code, 0) << options << same.err;
+        EXPECT_EQ(nlohmann::json::parse(same.out).at("agreed"), 30) << options;
+    }
+    // The scene in it is a scene.
+    EXPECT_EQ(runJson(path("pile.json") + " --seconds 1").at("error"), run.at("error"));
+}
+
+TEST_F(Command, ReplayNamesTheStepThatDiffers) {
+    const auto path = [&](const char* name) { return "'" + (scratch() / name).string() + "'"; };
+    EXPECT_EQ(cairn("record tower --set n=3 --seconds 0.5 --out " + path("tower.json")).code, 0);
+    nlohmann::ordered_json json = nlohmann::ordered_json::parse(slurp(scratch() / "tower.json"));
+    std::string hash = json["steps"]["hash"][11];
+    hash[5] = hash[5] == '0' ? '1' : '0';
+    json["steps"]["hash"][11] = hash;
+    std::ofstream(scratch() / "flipped.json") << json.dump();
+    const Outcome flipped = cairn("replay " + path("flipped.json"));
+    EXPECT_EQ(flipped.code, 1);
+    EXPECT_NE(flipped.out.find("step 12 (0.2000 s) is the first that differs"), std::string::npos) << flipped.out;
+    EXPECT_NE(flipped.err.find("differs from the recording at step 12"), std::string::npos) << flipped.err;
+    EXPECT_EQ(cairn("replay --to 11 " + path("flipped.json")).code, 0);
+    // Another gravity: it differs from the first step on, and by how much is told.
+    json["scene"]["world"]["gravity"] = {5, -9.81, 0};
+    json["scene"]["bodies"][1]["shapes"][0]["friction"] = 0;
+    std::ofstream(scratch() / "pushed.json") << json.dump();
+    const nlohmann::json result = nlohmann::json::parse(cairn("replay --json - " + path("pushed.json")).out);
+    EXPECT_EQ(result.at("first_step"), 1);
+    EXPECT_EQ(result.at("same"), false);
+    EXPECT_GT(result.at("last").at("distance_mm").get<double>(), 1);
+    EXPECT_EQ(result.at("last").at("step"), 30);
+}
+
+TEST_F(Command, BadRecordingsAreExitCodeTwoAndNamed) {
+    const auto path = [&](const char* name) { return "'" + (scratch() / name).string() + "'"; };
+    EXPECT_EQ(cairn("record tower --set n=2 --seconds 0.2 --out " + path("good.json")).code, 0);
+    const std::string good = slurp(scratch() / "good.json");
+    std::ofstream(scratch() / "torn.json") << good.substr(0, good.size() / 2);
+    expectUsageError("replay " + path("torn.json"), "cut off");
+    expectUsageError("view " + path("torn.json"), "cut off");
+    expectUsageError("replay " + path("god.json"), "good.json");
+    std::string other = good;
+    other.replace(other.find("\"version\": \""), 12, "\"version\": \"77.");
+    std::ofstream(scratch() / "other.json") << other;
+    expectUsageError("replay " + path("other.json"), "--any-version");
+    EXPECT_EQ(cairn("replay --any-version " + path("other.json")).code, 0);
+    expectUsageError("replay " + path("good.json") + " --to 13", "12 steps");
+    expectUsageError("replay", "recording");
+    expectUsageError("record tower", "--out");
+    expectUsageError("record tower --out " + path("none/x.json"), "cannot be written");
+    expectUsageError("record tower --fps 0 --out " + path("x.json"), "fps");
+    expectUsageError("view " + path("good.json") + " --seconds 2", "--seconds");
+    expectUsageError("view " + path("good.json") + " --html " + path("none/x.html"), "cannot be written");
+    expectUsageError("view towr", "tower");
+}
+
+TEST_F(Command, ViewWritesAPageAndSaysWhere) {
+    const std::filesystem::path page = scratch() / "crash.html";
+    const std::string recording = "'" + (scratch() / "crash.json").string() + "'";
+    EXPECT_EQ(cairn("record ragdoll --seconds 0.3 --out " + recording).code, 0);
+    const std::string here = "cd '" + scratch().string() + "' && '" + CAIRN_COMMAND + "' view crash.json > said.txt";
+    EXPECT_EQ(std::system(here.c_str()), 0);
+    EXPECT_NE(slurp(scratch() / "said.txt").find(page.string()), std::string::npos) << slurp(scratch() / "said.txt");
+    EXPECT_EQ(slurp(page).find("://"), std::string::npos);
+    const Outcome scene = cairn("view ragdoll --seconds 0.3 --html '" + (scratch() / "scene.html").string() + "'");
+    EXPECT_EQ(scene.code, 0) << scene.err;
+    EXPECT_EQ(slurp(scratch() / "scene.html"), slurp(page));
+}
+
 TEST_F(Command, StudyRefusesWhatItDoesNotKnow) {
     expectUsageError("study convergense", "convergence");
     expectUsageError("study", "study");

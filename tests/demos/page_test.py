@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Opens the pages of `cairn tune --html` and `cairn bench --html` in headless Chromium, as a reader does: from a file,
-without a network, on a screen and on a phone; clicks, and looks at what comes out.
+"""Opens the pages of `cairn tune --html`, `bench --html` and `view` in headless Chromium, as a reader does: from a
+file, without a network, on a screen and on a phone; clicks, and looks at what comes out.
 
     page_test.py CAIRN FOLDER      exit code 77: no Chromium here
 
@@ -72,6 +72,29 @@ class Browser:
         # One frame, so that what waits for the new width is drawn.
         self.call("POST", "/execute/async", {"script": "requestAnimationFrame(() => requestAnimationFrame("
                                                        "arguments[arguments.length - 1]))", "args": []})
+
+    def frames(self, count=2):
+        self.call("POST", "/execute/async", {"script": "let n = arguments[0]; const done = arguments[1], next = () => "
+                                                       "n-- > 0 ? requestAnimationFrame(next) : done(); next()",
+                                             "args": [count]})
+
+    def mouse(self, kind, x, y, **more):
+        self.command("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
+
+    def press(self, x, y, to=None):
+        """A click at a place of the window, or a drag from there."""
+        self.mouse("mousePressed", x, y, button="left", buttons=1, clickCount=1)
+        if to:
+            for share in (0.3, 0.6, 1):
+                self.mouse("mouseMoved", x + share * (to[0] - x), y + share * (to[1] - y), button="left", buttons=1)
+            x, y = to
+        self.mouse("mouseReleased", x, y, button="left", buttons=0, clickCount=1)
+        self.frames()
+
+    def place(self, css):
+        """x, y, width and height in the window, after scrolling there."""
+        return self.run("""const e = document.querySelector(arguments[0]); e.scrollIntoView({block: 'center'});
+            const b = e.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]""", css)
 
     def picture(self, file, whole=True):
         data = base64.b64decode(self.command("Page.captureScreenshot", format="png",
@@ -160,7 +183,9 @@ def check_any(browser, name, folder):
         check(colours > 30, f"the picture {kind} has {colours} colours: it is blank")
         check(mean < 110 if dark else mean > 140, f"the picture {kind} has a mean brightness of {mean}")
         browser.picture(folder / f"{name}_{kind}_whole.png")
-    errors = [e for e in browser.call("POST", "/se/log", {"type": "browser"}) if e["level"] != "INFO"]
+    # "rendering": a driver's remarks on its speed.
+    errors = [e for e in browser.call("POST", "/se/log", {"type": "browser"})
+              if e["level"] != "INFO" and e["source"] != "rendering"]
     check(not errors, f"the console says {errors}")
 
 
@@ -224,6 +249,116 @@ def check_bench(browser, result):
     check(all(ratio > 0 and work == "the same" for ratio, work in ratios), f"against itself: {ratios}")
 
 
+def canvas_pixels(browser, file):
+    """The samples of a grid on the canvas."""
+    x, y, width, height = (int(v) for v in browser.place("#view"))
+    browser.frames()
+    _, tall, channels, rows = pixels(browser.picture(file, whole=False))
+    return [rows[j][i * channels:i * channels + 3] for j in range(max(y, 0) + 4, min(y + height, tall) - 4, 3)
+            for i in range(x + 4, x + width - 4, 3)]
+
+
+def differing(a, b):
+    """Share of samples that are another by more than noise."""
+    return sum(max(abs(u - v) for u, v in zip(p, q)) > 12 for p, q in zip(a, b)) / len(a)
+
+
+def check_view(browser, recording, result, folder):
+    browser.screen(1280, 900)
+    time_of = lambda: float(browser.run("return document.querySelector('#time').textContent").split()[0])
+    check(browser.run("return document.querySelector('#nogl').style.display") == "none", "nothing is drawn")
+    start = canvas_pixels(browser, folder / "view_start.png")
+    colourful = sum(max(p) - min(p) > 60 for p in start) / len(start)
+    check(len(set(start)) > 300 and colourful > 0.02, f"the canvas is blank: {len(set(start))} colours, {colourful}")
+
+    # It plays, and pauses.
+    check(time_of() == 0, "it does not start at 0")
+    browser.run("document.querySelector('#speed').value = '0.1'")  # slow machines take seconds for a click
+    browser.click("#play")
+    time.sleep(0.6)
+    check(browser.run("return document.querySelector('#play').getAttribute('aria-label')") == "pause", "no pause")
+    browser.click("#play")
+    browser.frames()
+    stopped = time_of()
+    check(0 < stopped < 2, f"it played to {stopped}")
+    time.sleep(0.2)
+    check(time_of() == stopped, "it does not pause")
+    steps, dt = len(recording["steps"]["hash"]), recording["dt"]
+
+    # Single frames, keys, the slider and the chart move time, and with it picture, numbers and cursor.
+    for act, step in ((lambda: browser.click("#home"), None),
+                      (lambda: browser.run("document.body.dispatchEvent(new KeyboardEvent('keydown',"
+                                           "{key: 'Home', bubbles: true}))"), 0),
+                      (lambda: browser.click("#on"), 1), (lambda: browser.click("#on"), 2),
+                      (lambda: browser.click("#back"), 1),
+                      (lambda: browser.run("const s = document.querySelector('#scrub'); s.value = 60;"
+                                           "s.dispatchEvent(new Event('input'))"), 60)):
+        act()
+        browser.frames()
+        if step is not None:
+            shown = browser.run("return document.querySelector('#time').textContent")
+            check(f"step {step} of {steps}" in shown, f"{shown} where step {step} is meant")
+    later = canvas_pixels(browser, folder / "view_later.png")
+    check(differing(start, later) > 0.003, "the picture does not move")
+    penetration = recording["steps"]["penetration_m"]
+    cursor = lambda: float(browser.run("return document.querySelector('#cursor').getAttribute('x1')"))
+    at_60 = cursor()
+    x, y, width, height = browser.place("#errorplot")
+    browser.press(x + 0.8 * width, y + 0.4 * height)
+    moved = time_of()
+    check(moved > 60 * dt and cursor() > at_60, f"the chart moves time to {moved}, the cursor to {cursor()}")
+    share = (cursor() - 58) / (width - 58 - 12)  # the plot's edges: chart() in page.cpp
+    check(abs(share * steps * dt - moved) < 0.01, f"the cursor stands at {share} of the plot, time at {moved}")
+    browser.click("#worst button")
+    browser.frames()
+    worst = max(range(steps), key=lambda i: penetration[i]) + 1
+    check(browser.run("return document.querySelector('#stepof').textContent") == f"Step {worst}", "not the worst step")
+    facts = browser.run("return document.querySelector('#stepfacts').textContent")
+    check("penetration" in facts and "deepest" in facts, facts)
+
+    # A click chooses a body, and tells where it is.
+    browser.run("toFrame(data.frames - 1)")
+    for body in [b for b in result["bodies"] if b["name"].startswith("crate")]:
+        index = [b["name"] for b in result["bodies"]].index(body["name"])
+        browser.run("choose(arguments[0])", index)
+        browser.frames()
+        tag = browser.run("const t = document.querySelector('#tag'); return [Number(t.dataset.x), Number(t.dataset.y)]")
+        browser.run("choose(-1)")
+        x, y, _, _ = browser.place("#view")
+        browser.press(x + tag[0], y + tag[1])
+        check(browser.run("return document.querySelector('#label').textContent") == body["name"],
+              f"a click on {body['name']} chooses another")
+        shown = browser.run("return document.querySelector('#facts dd').textContent")
+        off = max(abs(float(a) - b) for a, b in zip(shown.split(","), body["position"]))
+        check(off < 0.6e-3, f"{body['name']} is shown {off} m from where it is")
+    x, y, _, _ = browser.place("#view")
+    browser.press(x + 5, y + 5)
+    check(browser.run("return state.chosen") == -1, "a click on nothing chooses something")
+
+    # The camera: a drag turns, the wheel zooms, two fingers do too.
+    before = canvas_pixels(browser, folder / "view_before.png")
+    x, y, width, height = browser.place("#view")
+    browser.press(x + 0.5 * width, y + 0.5 * height, (x + 0.6 * width, y + 0.45 * height))
+    check(differing(before, canvas_pixels(browser, folder / "view_turned.png")) > 0.05, "a drag does not turn")
+    x, y, width, height = browser.place("#view")
+    distance = browser.run("return camera.distance")
+    browser.mouse("mouseWheel", x + 0.5 * width, y + 0.5 * height, deltaX=0, deltaY=-300)
+    browser.frames()
+    near = browser.run("return camera.distance")
+    check(0.5 * distance < near < 0.9 * distance, f"the wheel zooms from {distance} to {near}")
+    touch = lambda kind, gap: browser.command("Input.dispatchTouchEvent", type=kind, touchPoints=[] if gap is None else [
+        {"x": x + 0.5 * width - gap, "y": y + 0.5 * height, "id": 1},
+        {"x": x + 0.5 * width + gap, "y": y + 0.5 * height, "id": 2}])
+    for kind, gap in (("touchStart", 120), ("touchMove", 90), ("touchMove", 60), ("touchEnd", None)):
+        touch(kind, gap)
+    browser.frames()
+    far = browser.run("return camera.distance")
+    check(abs(far / near - 2) < 0.1, f"a pinch to half zooms from {near} to {far}")
+    browser.click("#home")
+    browser.frames()
+    check(differing(before, canvas_pixels(browser, folder / "view_home.png")) < 0.002, "the view is not reset")
+
+
 def main():
     cairn, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     chromium = shutil.which("chromium")
@@ -241,6 +376,15 @@ def main():
     subprocess.run([*command, "--json", folder / "before.json"], check=True, stdout=subprocess.DEVNULL)
     subprocess.run([*command, "--baseline", folder / "before.json", "--html", bench, "--json", folder / "bench.json"],
                    check=True, stdout=subprocess.DEVNULL)
+    run = ["bridge", "--seconds", "2"]
+    subprocess.run([cairn, "record", *run, "--out", folder / "bridge.json"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([cairn, "run", *run, "--bodies", "--json", folder / "bridge_run.json"], check=True,
+                   stdout=subprocess.DEVNULL)
+    subprocess.run([cairn, "view", folder / "bridge.json", "--html", folder / "view.html"], check=True,
+                   stdout=subprocess.DEVNULL)
+    for scene in ("cloth", "rope", "jelly", "terrain"):
+        subprocess.run([cairn, "view", scene, "--seconds", "0.5", "--html", folder / f"{scene}.html"], check=True,
+                       stdout=subprocess.DEVNULL)
     browser = Browser(driver, chromium, folder / "profile")
     try:
         browser.call("POST", "/url", {"url": page.resolve().as_uri()})
@@ -249,6 +393,18 @@ def main():
         browser.call("POST", "/url", {"url": bench.resolve().as_uri()})
         check_any(browser, "bench", folder)
         check_bench(browser, json.loads((folder / "bench.json").read_text()))
+        browser.call("POST", "/url", {"url": (folder / "view.html").resolve().as_uri()})
+        check_any(browser, "view", folder)
+        check_view(browser, json.loads((folder / "bridge.json").read_text()),
+                   json.loads((folder / "bridge_run.json").read_text()), folder)
+        # What is not rigid, and what is a mesh.
+        for scene in ("cloth", "rope", "jelly", "terrain"):
+            browser.call("POST", "/url", {"url": (folder / f"{scene}.html").resolve().as_uri()})
+            browser.screen(1280, 900)
+            start = canvas_pixels(browser, folder / f"{scene}_start.png")
+            browser.run("toFrame(data.frames - 1)")
+            share = differing(start, canvas_pixels(browser, folder / f"{scene}_end.png"))
+            check(len(set(start)) > 300 and share > 0.001, f"{scene}: {len(set(start))} colours, {share} moves")
     finally:
         browser.close()
     print(f"pictures are in {folder}")

@@ -57,6 +57,13 @@ TEST(Recording, ReplaysForAnyThreadsInFloatAndUnderABudget) {
     expectSame(budget, 2);
 }
 
+TEST(Recording, KeepsWhatIsNotFinite) {
+    Recording recording = recorded("tower", {{"n", 2}}, 3);
+    recording.steps[1].penetration = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(parseRecording(toText(recording), "file").steps, recording.steps);
+    EXPECT_NE(viewPage(recording).find("null"), std::string::npos);
+}
+
 TEST(Recording, EveryBitOfTheStateIsInTheHash) {
     const auto simulation = makeSimulation(makeScene("tower", {{"n", 3}}));
     const std::uint64_t hash = stateHash(*simulation);
