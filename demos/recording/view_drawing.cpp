@@ -23,7 +23,7 @@ const toSun = unit([-.55, 1, .5]);
 
 const camera = { target: [0, 0, 0], yaw: 0, pitch: 0, distance: 1 };
 const lookFromStart = () => {
-  const way = minus(data.view.eye, data.view.target), distance = Math.hypot(...way);
+  const way = minus(data.view.eye, data.view.target), distance = Math.hypot(...way) || 1;
   Object.assign(camera, { target: [...data.view.target], distance, pitch: Math.asin(way[1] / distance), yaw: Math.atan2(way[0], way[2]) });
 };
 // Relative to the target. A narrow picture sees as much from left to right as a wide one.
@@ -35,6 +35,18 @@ const viewOf = aspect => {
   const near = camera.distance * .01, far = camera.distance * 60 + 100;
   const lens = [1 / wide, 0, 0, 0, 0, 1 / tall, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0];
   return { eye, right, up, back, tall, wide, clip: times(lens, frameOf(right, up, back, eye)) };
+};
+
+// Where nothing lies below the bodies, a grid of lines does, to tell up from down and large from small.
+const gridBelow = () => {
+  const { eye, target } = data.view, distance = Math.hypot(...minus(eye, target)) || 1;
+  if (data.ground !== null || meshes.some(m => m.parts.some(p => !moves(p.body) && (m.oneSided || m.radius * Math.max(...p.scale) > .3 * distance)))) return [];
+  let low = target[1];
+  poses.forEach((p, body) => { for (let i = 1; moves(body) && i < p.length; i += 7) low = Math.min(low, p[i]); });
+  const cell = 10 ** Math.round(Math.log10(distance / 10)), y = Math.floor(Math.max(low, target[1] - distance) / cell) * cell, list = [];
+  const [x, z] = [target[0], target[2]].map(c => Math.round(c / cell) * cell), most = 12 * cell;
+  for (let k = -12; k <= 12; ++k) list.push(x - most, y, z + k * cell, x + most, y, z + k * cell, x + k * cell, y, z - most, x + k * cell, y, z + most);
+  return list;
 };
 
 // Corners with normals: smooth over edges blunter than 30 degrees, hard at others. Six numbers a corner.
@@ -215,7 +227,7 @@ void main() { fragment = ink; }`;
 
 // Gives back draw(now, chosen, bare), or null where there is no WebGL 2. `bare`: only what moves, and the ground.
 const makeDrawing = canvas => {
-  const gl = canvas.getContext('webgl2', { antialias: true });
+  const gl = canvas.getContext('webgl2', { antialias: true, alpha: false });
   if (!gl) return null;
   const program = (vertex, fragment) => {
     const made = gl.createProgram();
@@ -269,7 +281,7 @@ const makeDrawing = canvas => {
   gl.bindFramebuffer(gl.FRAMEBUFFER, mapTarget);
   gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, map, 0);
 
-  const pose = new Float64Array(7);
+  const pose = new Float64Array(7), grid = gridBelow();
   const lit = (colour, on) => on ? colour.map((c, k) => .35 * c + .65 * [1, .42, .02][k]) : colour;
   const fill = (now, chosen, reach) => {
     for (const batch of batches) {
@@ -381,6 +393,9 @@ const makeDrawing = canvas => {
     gl.bindBuffer(gl.ARRAY_BUFFER, lineBuffer);
     gl.uniformMatrix4fv(line.at('clip'), false, view.clip);
     gl.uniform3f(line.at('origin'), ...camera.target);
+    gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    stroke(gl.LINES, grid, [.5, .55, .6, .5]);
+    gl.disable(gl.BLEND);
     const strings = [];
     for (const string of data.strings) for (const [end, anchor] of string) {
       poseAt(end, now, pose);
