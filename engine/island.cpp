@@ -77,6 +77,8 @@ void Island<S>::clear() {
     keep(fresh.pairs, pairs);
     keep(fresh.patches, patches);
     keep(fresh.locks, locks);
+    keep(fresh.atStep, atStep);
+    keep(fresh.atSubstep, atSubstep);
     keep(fresh.rows, rows);
     keep(fresh.blocks, blocks);
     keep(fresh.responses, responses);

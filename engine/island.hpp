@@ -119,6 +119,10 @@ struct Island {
     std::vector<PatchLink> patches;  // of all pairs, in their order
     std::vector<LockLink> locks;
 
+    // The bodies as they were when the step began, and the sub-step if it is a later one (refine.cpp).
+    std::vector<SolverBody<S>> atStep;
+    std::vector<SolverBody<S>> atSubstep;
+
     // Rows of this sub-step: joints first, then locks, then contact points.
     std::vector<Row<S>> rows;
     std::vector<RowBlock<S>> blocks;
