@@ -52,8 +52,9 @@ bool isSeam(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifo
     for (int k = 0; k < met.count; ++k) {
         deepest = std::min(deepest, met.points[static_cast<std::size_t>(k)].separation);
     }
-    // Cosine below which a face is across the contact: while they are apart, the way from edge to edge may be aslant.
-    const double across = deepest > 0 ? 0.95 : 0.5;
+    // Cosine below which a face is across the contact: while they are apart, the way from edge to edge may be aslant. A
+    // face's own normal never is: cards that lean on each other touch whichever side of 0 round-off leaves their gap.
+    const double across = met.reference < 0 && deepest > 0 ? 0.95 : 0.5;
     OverlapOf overlap{a, b};
     for (const bool ofB : {false, true}) {
         const Convex& holder = ofB ? b : a;

@@ -208,27 +208,28 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
     }
     pairs_.swap(next_);
 
-    std::vector<NarrowCounts> counts(pairs_.size());
-    std::vector<std::uint8_t> carried(pairs_.size(), 0);
+    countsOf_.assign(pairs_.size(), {});
+    isCarried_.assign(pairs_.size(), 0);
     parallelFor(jobs, pairs_.size(), 32, [&](std::size_t i) {
         PairContacts<S>& pair = pairs_[i];
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
         const bool moves = (a.awake && a.def.type != BodyType::Static) || (b.awake && b.def.type != BodyType::Static);
         if (moves || !pair.made) {
-            carried[i] = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, counts[i]) ? 0 : 1;
+            const bool anew = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, countsOf_[i]);
+            isCarried_[i] = anew ? 0 : 1;
         }
     });
-    std::vector<GroundPair<S>> ground;
+    ground_.clear();
     for (PairContacts<S>& pair : pairs_) {
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
-        addGroundPair<S>(ground, pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w});
+        addGroundPair<S>(ground_, pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w});
     }
-    closeSeams(ground, jobs);
+    closeSeams(ground_, jobs);
     counts_ = {};
-    carried_ = static_cast<int>(std::count(carried.begin(), carried.end(), 1));
-    for (const NarrowCounts& c : counts) {
+    carried_ = static_cast<int>(std::count(isCarried_.begin(), isCarried_.end(), 1));
+    for (const NarrowCounts& c : countsOf_) {
         counts_ += c;
     }
 }

@@ -65,6 +65,16 @@ template <class S>
 bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
                  NarrowCounts& counts);
 
+// The contacts of a moving body with a body that no force moves (seams.hpp).
+template <class S>
+struct GroundPair {
+    std::uint32_t mover;  // index of the moving body
+    PairContacts<S>* contacts;
+    PairSide<S> body;
+    PairSide<S> ground;
+    bool groundIsB;
+};
+
 template <class S>
 class ContactTable {
 public:
@@ -80,7 +90,12 @@ public:
 
 private:
     std::vector<PairContacts<S>> pairs_;  // sorted
+    // Room for update().
     std::vector<PairContacts<S>> next_;
+    std::vector<NarrowCounts> countsOf_;  // by pair
+    std::vector<std::uint8_t> isCarried_;
+    std::vector<GroundPair<S>> ground_;
+
     NarrowCounts counts_;
     int carried_ = 0;
 };

@@ -46,10 +46,11 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
 
 template <class S>
 void SolverBody<S>::refreshInertia() {
-    if (particle) {
+    if (particle || (inertiaAt.coeffs() == pose.rotation.coeffs() && stiffening.isZero(S(0)))) {
         return;
     }
     const Mat3<S> R = pose.rotation.toRotationMatrix();
+    inertiaAt = pose.rotation;
     stiffening.setZero();
     inertia = R * localInertia * R.transpose();
     inverseInertia = R * localInverseInertia * R.transpose();
@@ -77,6 +78,8 @@ void Island<S>::clear() {
     keep(fresh.pairs, pairs);
     keep(fresh.patches, patches);
     keep(fresh.locks, locks);
+    keep(fresh.atStep, atStep);
+    keep(fresh.atSubstep, atSubstep);
     keep(fresh.rows, rows);
     keep(fresh.blocks, blocks);
     keep(fresh.responses, responses);
@@ -145,6 +148,7 @@ void Island<S>::predict(S h) {
                 body.inverseInertia = R * spinResponse(body.gyroscopic, body.localInertia, local, h) * R.transpose();
                 body.inertia = body.inverseInertia.inverse();
                 body.holdsInertia = true;
+                body.inertiaAt.coeffs().setZero();
             }
             body.gyroMomentum -= body.inertia * mean;
             body.v.template tail<3>() = mean;
@@ -223,11 +227,11 @@ RowResponse<S> Island<S>::responseOf(const Row<S>& row, const RowBlock<S>& block
 
 template <class S>
 void Island<S>::respond() {
-    responses.clear();
-    responses.reserve(rows.size());
+    responses.resize(rows.size());
     for (const RowBlock<S>& block : blocks) {
-        for (int i = block.first; i < block.first + block.count; ++i) {
-            responses.push_back(responseOf(rows[static_cast<std::size_t>(i)], block));
+        for (std::size_t i = static_cast<std::size_t>(block.first);
+             i < static_cast<std::size_t>(block.first + block.count); ++i) {
+            responses[i] = responseOf(rows[i], block);
         }
     }
 }
@@ -308,12 +312,17 @@ void Island<S>::jointErrors(std::vector<S>& C) const {
 
 template <class S>
 void Island<S>::contactErrors(std::vector<S>& C) const {
-    C.clear();
+    std::size_t points = 0;
+    for (const PatchLink& link : patches) {
+        points += static_cast<std::size_t>(link.patch->manifold.count);
+    }
+    C.resize(points);
+    S* next = C.data();
     for (const PatchLink& link : patches) {
         const Placement<S> a(poseOf(*this, link.a));
         const Placement<S> b(poseOf(*this, link.b));
         for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
-            C.push_back(link.patch->points[k].geometry.separation(a, b));
+            *next++ = link.patch->points[k].geometry.separation(a, b);
         }
     }
 }

@@ -25,6 +25,7 @@ struct SolverBody {
     Mat3<S> localInverseInertia = Mat3<S>::Zero();
     Mat3<S> inertia = Mat3<S>::Zero();  // world axes at the present pose
     Mat3<S> inverseInertia = Mat3<S>::Zero();
+    Quat<S> inertiaAt{0, 0, 0, 0};    // the rotation at which those two were taken; 0: none
     Vec6<S> force = Vec6<S>::Zero();  // gravity and what the game asked for, N and N m
     S linearDecay = 0;                // 1/s
     S angularDecay = 0;
@@ -42,17 +43,18 @@ struct SolverBody {
     bool holdsInertia = false;         // inertia is that of the sub-step's equation of motion until it has moved
     Vec6<S> offset = Vec6<S>::Zero();  // m and rad, what an impact within the sub-step takes from its motion
 
+    // Takes the inertia at the present pose; nothing to do where it was taken at that.
     void refreshInertia();
     // Where the body is after h seconds at twist v, starting here (offset included).
     Pose<S> moved(const Vec6<S>& twist, S h) const;
     // M^-1 times a generalised impulse.
-    Vec6<S> applyInverseMass(const Vec6<S>& impulse) const {
+    [[gnu::always_inline]] Vec6<S> applyInverseMass(const Vec6<S>& impulse) const {
         Vec6<S> dv;
         dv.template head<3>() = inverseMass * impulse.template head<3>();
         dv.template tail<3>().noalias() = inverseInertia * impulse.template tail<3>();
         return dv;
     }
-    Vec6<S> applyMass(const Vec6<S>& twist) const {
+    [[gnu::always_inline]] Vec6<S> applyMass(const Vec6<S>& twist) const {
         Vec6<S> p;
         p.template head<3>() = mass * twist.template head<3>();
         p.template tail<3>().noalias() = inertia * twist.template tail<3>();
@@ -118,6 +120,10 @@ struct Island {
     std::vector<PairLink> pairs;
     std::vector<PatchLink> patches;  // of all pairs, in their order
     std::vector<LockLink> locks;
+
+    // The bodies as they were when the step began, and the sub-step if it is a later one (refine.cpp).
+    std::vector<SolverBody<S>> atStep;
+    std::vector<SolverBody<S>> atSubstep;
 
     // Rows of this sub-step: joints first, then locks, then contact points.
     std::vector<Row<S>> rows;

@@ -1,6 +1,7 @@
 #include <cairn/engine/islands.hpp>
 #include <cairn/engine/motion.hpp>
 
+#include <algorithm>
 #include <numeric>
 
 namespace cairn {
@@ -64,15 +65,15 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
     const std::size_t slots = bodies.slotCount();
     parent_.resize(slots);
     std::iota(parent_.begin(), parent_.end(), 0U);
-    std::vector<std::uint8_t> awake(slots, 0);
+    isAwake_.assign(slots, 0);
     const auto dynamic = [&](std::uint32_t i) { return bodies[i].isDynamic(); };
     const auto link = [&](std::uint32_t a, std::uint32_t b) {
         if (dynamic(a) && dynamic(b)) {
             join(a, b);
         } else if (moves(bodies[a])) {
-            awake[b] = 1;
+            isAwake_[b] = 1;
         } else if (moves(bodies[b])) {
-            awake[a] = 1;
+            isAwake_[a] = 1;
         }
     };
     // A fixed body between two others does not link them, so every pair is asked.
@@ -95,68 +96,44 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
     }
     for (std::uint32_t i = 0; i < slots; ++i) {
         if (bodies.used(i) && dynamic(i) && bodies[i].awake) {
-            awake[i] = 1;
+            isAwake_[i] = 1;
         }
     }
     for (std::uint32_t i = 0; i < slots; ++i) {
-        if (awake[i]) {
-            awake[root(i)] = 1;
+        if (isAwake_[i]) {
+            isAwake_[root(i)] = 1;
         }
     }
 
-    std::map<std::uint32_t, typename Island<S>::Memory> memory;
-    memory.swap(memory_);
-    spare_.swap(awake_);
-    awake_.clear();
-    std::vector<int> islandOf(slots, -1);
-    std::vector<std::vector<std::uint32_t>> members;
+    islandOf_.assign(slots, -1);
+    local_.assign(slots, -1);
+    std::size_t count = 0;
     for (std::uint32_t i = 0; i < slots; ++i) {
-        if (!bodies.used(i) || !dynamic(i) || !awake[root(i)]) {
+        if (!bodies.used(i) || !dynamic(i) || !isAwake_[root(i)]) {
             continue;
         }
         const std::uint32_t top = root(i);
-        if (islandOf[top] < 0) {
-            islandOf[top] = static_cast<int>(awake_.size());
-            Island<S>& island = awake_.emplace_back();
-            if (awake_.size() <= spare_.size()) {
-                island = std::move(spare_[awake_.size() - 1]);
-                island.clear();
+        if (islandOf_[top] < 0) {
+            islandOf_[top] = static_cast<int>(count++);
+            if (count > awake_.size()) {
+                awake_.emplace_back();
             }
-            members.emplace_back();
-            if (const auto kept = memory.find(top); kept != memory.end()) {
-                island.memory = std::move(kept->second);
-            }
+            awake_[count - 1].clear();
+            awake_[count - 1].memory = recall(top);
         }
-        islandOf[i] = islandOf[top];
-        members[static_cast<std::size_t>(islandOf[i])].push_back(i);
+        islandOf_[i] = islandOf_[top];
+        std::vector<SolverBody<S>>& members = awake_[static_cast<std::size_t>(islandOf_[i])].bodies;
+        local_[i] = static_cast<int>(members.size());
+        members.push_back(solverBody(i, bodies[i], motion));
         if (!bodies[i].awake) {
             bodies[i].awake = true;
             bodies[i].restTime = 0;
             bodies[i].restPose = bodies[i].pose;
         }
     }
-    for (std::size_t k = 0; k < awake_.size(); ++k) {
-        addBodies(awake_[k], members[k], bodies, motion);
-    }
+    awake_.resize(count);
+    memory_.clear();
 
-    // Local indices: of dynamic bodies once for all, of fixed ones as each island first meets them.
-    std::vector<int> local(slots, -1);
-    for (const Island<S>& island : awake_) {
-        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-            local[island.bodies[i].index] = static_cast<int>(i);
-        }
-    }
-    std::vector<std::map<std::uint32_t, int>> fixedBodies(awake_.size());
-    const auto localOf = [&](std::size_t k, std::uint32_t body) {
-        if (dynamic(body)) {
-            return local[body];
-        }
-        const auto [found, fresh] = fixedBodies[k].try_emplace(body, static_cast<int>(awake_[k].bodies.size()));
-        if (fresh) {
-            awake_[k].bodies.push_back(solverBody(body, bodies[body], motion));
-        }
-        return found->second;
-    };
     for (std::size_t j = 0; j < joints.slotCount(); ++j) {
         if (!joints.used(j)) {
             continue;
@@ -164,15 +141,14 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         Joint<S>& joint = joints[j];
         int k = -1;
         for (int n = 0; n < joint.bodyCount() && k < 0; ++n) {
-            k = dynamic(joint.body(n).index) ? islandOf[joint.body(n).index] : -1;
+            k = dynamic(joint.body(n).index) ? islandOf_[joint.body(n).index] : -1;
         }
         if (k >= 0) {
-            const std::size_t island = static_cast<std::size_t>(k);
             std::array<int, 4> body{-1, -1, -1, -1};
             for (int n = 0; n < joint.bodyCount(); ++n) {
-                body[static_cast<std::size_t>(n)] = localOf(island, joint.body(n).index);
+                body[static_cast<std::size_t>(n)] = localOf(k, joint.body(n).index, bodies, motion);
             }
-            awake_[island].joints.push_back({&joint, body[0], body[1], body[2], body[3]});
+            awake_[static_cast<std::size_t>(k)].joints.push_back({&joint, body[0], body[1], body[2], body[3]});
         }
     }
     for (Island<S>& island : awake_) {
@@ -195,19 +171,19 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
     }
     const auto islandFor = [&](std::uint32_t a, std::uint32_t b) {
         if (dynamic(a) && dynamic(b)) {
-            return islandOf[a] == islandOf[b] ? islandOf[a] : -1;
+            return islandOf_[a] == islandOf_[b] ? islandOf_[a] : -1;
         }
-        return islandOf[dynamic(a) ? a : b];
+        return islandOf_[dynamic(a) ? a : b];
     };
     for (PairContacts<S>& pair : contacts.pairs()) {
         if (pair.patches.empty() && !motion.detectsWithin) {
             continue;
         }
         if (const int k = islandFor(pair.pair.a, pair.pair.b); k >= 0) {
-            const std::size_t island = static_cast<std::size_t>(k);
-            const int a = localOf(island, pair.pair.a);
-            const int b = localOf(island, pair.pair.b);
-            awake_[island].pairs.push_back({&pair, &bodies[pair.pair.a], &bodies[pair.pair.b], a, b});
+            const int a = localOf(k, pair.pair.a, bodies, motion);
+            const int b = localOf(k, pair.pair.b, bodies, motion);
+            awake_[static_cast<std::size_t>(k)].pairs.push_back(
+                {&pair, &bodies[pair.pair.a], &bodies[pair.pair.b], a, b});
         }
     }
     for (Island<S>& island : awake_) {
@@ -216,12 +192,30 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
 }
 
 template <class S>
-void Islands<S>::addBodies(Island<S>& island, const std::vector<std::uint32_t>& members, BodyTable<S>& bodies,
-                           const MotionSettings<S>& motion) {
-    island.bodies.reserve(members.size() + 4);
-    for (const std::uint32_t i : members) {
-        island.bodies.push_back(solverBody(i, bodies[i], motion));
+int Islands<S>::localOf(int k, std::uint32_t body, const BodyTable<S>& bodies, const MotionSettings<S>& motion) {
+    if (islandOf_[body] == k) {
+        return local_[body];
     }
+    // Another island has met this fixed body in between: it may still be here, behind those that move.
+    std::vector<SolverBody<S>>& members = awake_[static_cast<std::size_t>(k)].bodies;
+    std::size_t i = members.size();
+    while (i > 0 && members[i - 1].fixed && members[i - 1].index != body) {
+        --i;
+    }
+    if (i == 0 || !members[i - 1].fixed) {
+        members.push_back(solverBody(body, bodies[body], motion));
+        i = members.size();
+    }
+    islandOf_[body] = k;
+    local_[body] = static_cast<int>(i) - 1;
+    return local_[body];
+}
+
+template <class S>
+typename Islands<S>::Memory Islands<S>::recall(std::uint32_t lowest) {
+    const auto kept = std::lower_bound(memory_.begin(), memory_.end(), lowest,
+                                       [](const auto& entry, std::uint32_t body) { return entry.first < body; });
+    return kept != memory_.end() && kept->first == lowest ? std::move(kept->second) : Memory{};
 }
 
 template <class S>
@@ -237,9 +231,10 @@ void Islands<S>::updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double
             lowest = std::min(lowest, s.index);
             Body<S>& body = bodies[s.index];
             const double moved = static_cast<double>((body.pose.position - body.restPose.position).norm());
-            const double turned =
-                static_cast<double>(logQuat<S>(body.pose.rotation * body.restPose.rotation.conjugate()).norm());
-            if (moved + turned * body.radius > sleep.distance) {
+            const auto turned = [&] {
+                return static_cast<double>(logQuat<S>(body.pose.rotation * body.restPose.rotation.conjugate()).norm());
+            };
+            if (moved > sleep.distance || moved + turned() * body.radius > sleep.distance) {
                 body.restTime = 0;
                 body.restPose = body.pose;
             } else {
@@ -257,7 +252,7 @@ void Islands<S>::updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double
                 }
             }
         } else {
-            memory_[lowest] = std::move(island.memory);
+            memory_.emplace_back(lowest, std::move(island.memory));  // islands come in order of their lowest body
         }
     }
 }

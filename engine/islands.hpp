@@ -31,16 +31,22 @@ public:
     void forget(std::uint32_t body) { lockLambda_.erase(body); }  // it left the world
 
 private:
+    using Memory = typename Island<S>::Memory;
+
     std::uint32_t root(std::uint32_t body);
     void join(std::uint32_t a, std::uint32_t b);
-    void addBodies(Island<S>& island, const std::vector<std::uint32_t>& members, BodyTable<S>& bodies,
-                   const MotionSettings<S>& motion);
+    // Where the body is among those of island k; a fixed one is added when the island first meets it.
+    int localOf(int k, std::uint32_t body, const BodyTable<S>& bodies, const MotionSettings<S>& motion);
+    // What was kept of the island of the last step whose lowest body this is.
+    Memory recall(std::uint32_t lowest);
 
     std::vector<std::uint32_t> parent_;
+    std::vector<std::uint8_t> isAwake_;  // by body: whether it, or of a root its island, is awake
+    std::vector<int> islandOf_;          // by body; of a fixed one, the island that met it last
+    std::vector<int> local_;             // by body: its index there
     std::vector<Island<S>> awake_;
-    std::vector<Island<S>> spare_;                                // of the last step, for their room
-    std::map<std::uint32_t, typename Island<S>::Memory> memory_;  // of the islands of the last step, by lowest body
-    std::map<std::uint32_t, std::vector<S>> lockLambda_;          // of axis locks, by body
+    std::vector<std::pair<std::uint32_t, Memory>> memory_;  // of the islands of the last step, sorted by lowest body
+    std::map<std::uint32_t, std::vector<S>> lockLambda_;    // of axis locks, by body
 };
 
 }  // namespace cairn

@@ -9,6 +9,13 @@ constexpr double unseenSpeed = 1e-5;
 
 constexpr double fallInPlay = 0.1;  // m
 
+// Whether it is as hard to turn about every axis, so that it does not matter which way the body lies.
+template <class S>
+bool isBallLike(const Mat3<S>& inertia) {
+    return inertia(0, 0) == inertia(1, 1) && inertia(1, 1) == inertia(2, 2) && inertia(0, 1) == S(0) &&
+           inertia(0, 2) == S(0) && inertia(1, 2) == S(0);
+}
+
 // Momentum and kinetic energy (twice it) of a dynamic body. Where the gyroscopic rule carries angular momentum, that;
 // else what a spin that does not turn by itself makes of it.
 template <class S>
@@ -20,6 +27,11 @@ Vec6<S> motionOf(const SolverBody<S>& body, S& twiceEnergy) {
     twiceEnergy = body.mass * v.squaredNorm();
     if (body.particle) {
         p.template tail<3>().setZero();
+        return p;
+    }
+    if (body.gyroscopic == GyroscopicRule::None && isBallLike(body.localInertia)) {
+        twiceEnergy += body.localInertia(0, 0) * w.squaredNorm();
+        p.template tail<3>().noalias() = body.inertia * w;
         return p;
     }
     const Mat3<S> R = body.pose.rotation.toRotationMatrix();
@@ -72,8 +84,9 @@ void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report)
     S weight = 0;         // N
     bool drives = false;  // whether a fixed body moves
     Vec3<S> defect = Vec3<S>::Zero();
-    static thread_local std::vector<Vec6<S>> unexplained;
-    unexplained.resize(island.bodies.size());
+    static thread_local std::vector<Vec6<S>> room;
+    room.resize(island.bodies.size());
+    Vec6<S>* const unexplained = room.data();
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         const SolverBody<S>& body = island.bodies[i];
         explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
@@ -94,55 +107,55 @@ void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report)
         // Together, what the rows gave cancels, but for what came from fixed bodies.
         defect += unexplained[i].template head<3>();
     }
-    if (balance) {
-        force_ = 0;
-    }
-    for (std::size_t n = 0; n < island.blocks.size(); ++n) {
+    S force = balance ? S(0) : force_;
+    // Contacts add no energy, unless what moves by itself takes part.
+    const bool asksContacts = balance || drives || island.marksBorder;
+    const std::size_t blocks = asksContacts ? island.blocks.size() : static_cast<std::size_t>(island.jointBlocks);
+    for (std::size_t n = 0; n < blocks; ++n) {
         const RowBlock<S>& block = island.blocks[n];
-        // Contacts add no energy, unless what moves by itself takes part.
-        if (!balance && !drives && !island.marksBorder && n >= static_cast<std::size_t>(island.jointBlocks)) {
-            break;
-        }
         const bool driven = drives && touchesDriven(island, block);
-        std::array<Vec6<S>, 4> given;
-        for (int k = 0; k < block.bodyCount(); ++k) {
-            given[static_cast<std::size_t>(k)].setZero();
-        }
+        const auto count = [&](int body, const Vec6<S>& given) {
+            SolverBody<S>& to = island.bodies[static_cast<std::size_t>(body)];
+            if (island.marksBorder && island.isInner(block)) {
+                to.handed += given;
+            }
+            if (to.fixed) {
+                // What the fixed body takes, the others get from outside.
+                defect += given.template head<3>();
+            } else {
+                unexplained[body] -= given;
+            }
+        };
+        Vec6<S> onA = Vec6<S>::Zero();
+        Vec6<S> onB = Vec6<S>::Zero();
+        bool gives = false;
         for (int r = 0; r < block.count; ++r) {
             const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
             const S p = h * row.lambda;
             if (p == S(0)) {
                 continue;
             }
-            force_ += balance ? std::abs(row.lambda) : S(0);
+            gives = true;
+            force += balance ? std::abs(row.lambda) : S(0);
             const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
             if (row.isSoft() || motor || driven) {
                 explained += S(0.5) * p * workedOver(island, row, block);
             }
-            if (!block.particles) {
-                given[0] += p * row.a;
-                given[1] += p * row.b;
-                continue;
-            }
-            for (int k = 0; k < block.bodyCount(); ++k) {
-                given[static_cast<std::size_t>(k)] += p * bodyGradient(row, block, k);
-            }
+            onA += p * row.a;
+            onB += p * row.b;
         }
-        if (island.marksBorder && island.isInner(block)) {
+        if (gives && !block.particles) {
+            count(block.a, onA);
+            count(block.b, onB);
+        } else if (gives) {
             for (int k = 0; k < block.bodyCount(); ++k) {
-                island.bodies[static_cast<std::size_t>(block.body(k))].handed += given[static_cast<std::size_t>(k)];
-            }
-        }
-        for (int k = 0; k < block.bodyCount(); ++k) {
-            const std::size_t i = static_cast<std::size_t>(block.body(k));
-            if (island.bodies[i].fixed) {
-                // What the fixed body takes, the others get from outside.
-                defect += given[static_cast<std::size_t>(k)].template head<3>();
-            } else {
-                unexplained[i] -= given[static_cast<std::size_t>(k)];
+                Vec6<S> given = Vec6<S>::Zero();
+                given.template head<3>() = (k < 2 ? onA : onB).template segment<3>(k % 2 == 0 ? 0 : 3);
+                count(block.body(k), given);
             }
         }
     }
+    force_ = force;
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
     // nothing.
     const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * h * force_;

@@ -10,8 +10,8 @@ namespace {
 template <class S>
 S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
     constexpr int mostHalvings = 5;
-    const std::vector<SolverBody<S>> start = island.bodies;
-    std::vector<SolverBody<S>> before;
+    const std::vector<SolverBody<S>>& start = island.atStep;
+    island.atStep = island.bodies;
     int& halvings = island.memory.halvings;
     halvings = std::max(0, halvings - 1);
     int left = solver.substeps(island, dt) << halvings;
@@ -20,7 +20,9 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
     Ledger<S> ledger(island);
     bool first = true;
     while (left > 0) {
-        before = island.bodies;
+        if (!first) {
+            island.atSubstep = island.bodies;
+        }
         island.isLast = left == 1;
         island.mayRefuse = halvings < mostHalvings;
         SolveReport one = solver.advance(island, h);
@@ -38,7 +40,7 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
                 left = solver.substeps(island, dt);
                 h = dt / static_cast<S>(left);
             } else {
-                island.bodies = before;
+                island.bodies = first ? start : island.atSubstep;
                 sum += cost;
                 ++halvings;
                 left *= 2;

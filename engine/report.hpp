@@ -65,7 +65,7 @@ struct StepTimes {  // s
     double broadPhase = 0;
     double narrowPhase = 0;
     double islands = 0;
-    double solve = 0;
+    double solve = 0;       // islands moved, measured and written back
     double continuous = 0;  // boxes after the step, and sweeps of fast bodies
     double total = 0;
 };

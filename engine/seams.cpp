@@ -9,6 +9,9 @@ namespace {
 // Normals closer than 0.2 degrees are one.
 constexpr double sameNormal = 1 - 5e-6;
 
+// m/s: slower, static friction may hold a point.
+constexpr double slidingSpeed = 0.01;
+
 // m: pieces that differ in height by less are one plane. size: a length of the body, m.
 double planeSlack(double size) {
     return std::min(1e-4, 2e-3 * size);
@@ -373,9 +376,7 @@ private:
         return patches_[ref.patch].contacts->points[static_cast<std::size_t>(ref.point)];
     }
 
-    // Slower than this, m/s, static friction may hold a point.
     bool slides(const std::vector<PointRef>& refs) const {
-        constexpr double slow = 0.01;
         return std::all_of(refs.begin(), refs.end(), [&](const PointRef& ref) {
             const Patch& patch = patches_[ref.patch];
             const PairSide<S>& body = patch.pair->body;
@@ -386,7 +387,7 @@ private:
                              side.w.template cast<double>().cross(place - side.pose.position.template cast<double>()));
             };
             const Vec3d slip = body.frame().rotation.conjugate() * (at(body) - at(ground));
-            return (slip - slip.dot(patch.normal) * patch.normal).norm() > slow;
+            return (slip - slip.dot(patch.normal) * patch.normal).norm() > slidingSpeed;
         });
     }
 
@@ -394,28 +395,38 @@ private:
     std::vector<Patch> patches_;
 };
 
-// Sorts by body; gives the first pair of each, and the end.
+// Whether no point of the body slips over the ground faster than the least speed that counts as sliding.
 template <class S>
-std::vector<std::size_t> runsOf(std::vector<GroundPair<S>>& pairs) {
-    std::stable_sort(pairs.begin(), pairs.end(),
-                     [](const GroundPair<S>& p, const GroundPair<S>& q) { return p.mover < q.mover; });
-    std::vector<std::size_t> runs;
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-        if (i == 0 || pairs[i].mover != pairs[i - 1].mover) {
-            runs.push_back(i);
-        }
-    }
-    runs.push_back(pairs.size());
-    return runs;
+bool isSlow(const GroundPair<S>& pair) {
+    constexpr double sure = 0.5;  // a point may lie a little outside the body
+    const PairSide<S>& body = pair.body;
+    const double fastest = static_cast<double>(body.v.norm()) + static_cast<double>(body.w.norm()) * body.body->radius;
+    return pair.ground.v.isZero(S(0)) && pair.ground.w.isZero(S(0)) && fastest < sure * slidingSpeed;
 }
 
 // One patch alone, all in force, that does not slide: most bodies, most of the time.
 template <class S>
 void closeRun(std::span<const GroundPair<S>> pairs) {
     const std::vector<ContactPatch<S>>& patches = pairs.front().contacts->patches;
-    if (pairs.size() > 1 || patches.size() > 1 || patches.front().known == 4 ||
-        patches.front().manifold.count != patches.front().known) {
+    const bool isOne = pairs.size() == 1 && patches.size() == 1;
+    if (!isOne || patches.front().manifold.count != patches.front().known ||
+        (patches.front().known == 4 && !isSlow(pairs.front()))) {
         Seams<S>(pairs).close();
+    }
+}
+
+// Calls close(run) for the pairs of each body; sorts them by their bodies.
+template <class S, class Close>
+void forEachRun(std::vector<GroundPair<S>>& pairs, Close close) {
+    const auto earlier = [](const GroundPair<S>& p, const GroundPair<S>& q) { return p.mover < q.mover; };
+    if (!std::is_sorted(pairs.begin(), pairs.end(), earlier)) {
+        std::stable_sort(pairs.begin(), pairs.end(), earlier);
+    }
+    for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
+        while (end < pairs.size() && pairs[end].mover == pairs[begin].mover) {
+            ++end;
+        }
+        close(std::span<const GroundPair<S>>(pairs).subspan(begin, end - begin));
     }
 }
 
@@ -435,17 +446,18 @@ void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const
 
 template <class S>
 void closeSeams(std::vector<GroundPair<S>>& pairs, JobSystem& jobs) {
-    const std::vector<std::size_t> runs = runsOf(pairs);
-    parallelFor(jobs, runs.size() - 1, 16,
-                [&](std::size_t i) { closeRun<S>(std::span(pairs).subspan(runs[i], runs[i + 1] - runs[i])); });
+    if (jobs.threadCount() == 1) {
+        closeSeams(pairs);
+        return;
+    }
+    std::vector<std::span<const GroundPair<S>>> runs;
+    forEachRun(pairs, [&](std::span<const GroundPair<S>> run) { runs.push_back(run); });
+    parallelFor(jobs, runs.size(), 16, [&](std::size_t i) { closeRun(runs[i]); });
 }
 
 template <class S>
 void closeSeams(std::vector<GroundPair<S>>& pairs) {
-    const std::vector<std::size_t> runs = runsOf(pairs);
-    for (std::size_t i = 0; i + 1 < runs.size(); ++i) {
-        closeRun<S>(std::span(pairs).subspan(runs[i], runs[i + 1] - runs[i]));
-    }
+    forEachRun(pairs, [](std::span<const GroundPair<S>> run) { closeRun(run); });
 }
 
 template void addGroundPair(std::vector<GroundPair<float>>&, PairContacts<float>&, const PairSide<float>&,

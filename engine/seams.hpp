@@ -7,16 +7,6 @@
 
 namespace cairn {
 
-// The contacts of a moving body with a body that no force moves.
-template <class S>
-struct GroundPair {
-    std::uint32_t mover;  // index of the moving body
-    PairContacts<S>* contacts;
-    PairSide<S> body;
-    PairSide<S> ground;
-    bool groundIsB;
-};
-
 // Appends the pair if it is one of an awake body with the ground, and touches.
 template <class S>
 void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b);

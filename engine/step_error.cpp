@@ -22,24 +22,34 @@ public:
         : island_(island), h_(h), dt_(dt), accuracy_(accuracy) {}
 
     void run(IslandError& error, IslandError* inner) {
-        error_ = &error;
-        island_.jointErrors(C_);
-        for (std::size_t k = 0; k < static_cast<std::size_t>(island_.jointBlocks); ++k) {
-            error_ = inner != nullptr && island_.isInner(island_.blocks[k]) ? inner : &error;
-            joint(island_.blocks[k]);
+        const auto counted = [&](const RowBlock<S>& block) -> IslandError& {
+            return inner != nullptr && island_.isInner(block) ? *inner : error;
+        };
+        if (island_.jointBlocks > 0) {
+            island_.jointErrors(C_);
         }
-        std::size_t next = static_cast<std::size_t>(island_.jointBlocks);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(island_.jointBlocks); ++k) {
+            joint(island_.blocks[k], counted(island_.blocks[k]));
+        }
+        const RowBlock<S>* block = island_.blocks.data() + island_.jointBlocks;
         for (const auto& link : island_.patches) {
+            if (link.patch->manifold.count == 0) {
+                continue;
+            }
             const Placement<S> a(island_.bodies[static_cast<std::size_t>(link.a)].pose);
             const Placement<S> b(island_.bodies[static_cast<std::size_t>(link.b)].pose);
+            const double asked = tolerance(*block);
+            IslandError& total = counted(*block);
+            IslandError sum = total;  // a copy that nothing else points to stays in registers
             for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
                 ContactPointState<S>& point = link.patch->points[k];
                 const S before = std::min(S(0), point.separation);
-                point.separation = point.geometry.separation(a, b);
-                error_ = inner != nullptr && island_.isInner(island_.blocks[next]) ? inner : &error;
-                error_->sunk = std::max(error_->sunk, static_cast<double>(before - point.separation));
-                point.error = contact(island_.blocks[next++], point.separation);
+                const S separation = point.geometry.separation(a, b);
+                sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
+                point.separation = separation;
+                point.error = contact(*block++, separation, asked, sum);
             }
+            total = sum;
         }
     }
 
@@ -52,14 +62,15 @@ private:
         }
         return least;
     }
-    void count(const RowBlock<S>& block, S position, S velocity) {
-        error_->position = std::max(error_->position, static_cast<double>(position));
-        error_->velocity = std::max(error_->velocity, static_cast<double>(velocity));
-        if (const double asked = tolerance(block); asked > 0) {
-            error_->over = std::max(error_->over, static_cast<double>(position) / asked);
+    // asked: tolerance() of the block.
+    void count(double asked, S position, S velocity, IslandError& sum) const {
+        sum.position = std::max(sum.position, static_cast<double>(position));
+        sum.velocity = std::max(sum.velocity, static_cast<double>(velocity));
+        if (asked > 0) {
+            sum.over = std::max(sum.over, static_cast<double>(position) / asked);
         }
         if (accuracy_.velocity > 0) {
-            error_->over = std::max(error_->over, static_cast<double>(velocity) / accuracy_.velocity);
+            sum.over = std::max(sum.over, static_cast<double>(velocity) / accuracy_.velocity);
         }
     }
     // The arm, m, at which an angular row's error shows: the bodies' radius of gyration about its axis.
@@ -76,7 +87,7 @@ private:
         return oneSided ? std::min(before, std::max(miss, S(0))) : before;
     }
 
-    void joint(const RowBlock<S>& block) {
+    void joint(const RowBlock<S>& block, IslandError& sum) const {
         S gap = 0;
         S squared = 0;   // m2
         S drift = 0;     // m2, change of the error within the sub-step
@@ -95,7 +106,7 @@ private:
                 const S step = island_.rowVelocity(row, block) - row.velocity;
                 const S grip = mobility * h_;
                 const S miss = naturalMap<S>(grip * row.lambda, step, grip * row.lo, grip * row.hi);
-                error_->constraint += static_cast<double>(miss * miss / mobility);
+                sum.constraint += static_cast<double>(miss * miss / mobility);
                 velocity = std::max(velocity, lever * std::abs(miss));
                 continue;
             }
@@ -103,10 +114,10 @@ private:
             const S give =
                 row.isSoft() ? row.compliance * (row.lambda + row.damping * island_.rowVelocity(row, block)) : S(0);
             const S miss = naturalMap<S>(grip * row.lambda, row.C + give, grip * row.lo, grip * row.hi);
-            error_->constraint += static_cast<double>(miss * miss / grip);
+            sum.constraint += static_cast<double>(miss * miss / grip);
             const S violation = row.violation();
             if (row.isAngular) {
-                error_->maxJointAngle = std::max(error_->maxJointAngle, static_cast<double>(violation));
+                sum.maxJointAngle = std::max(sum.maxJointAngle, static_cast<double>(violation));
             } else {
                 gap += violation * violation;
             }
@@ -115,17 +126,18 @@ private:
                 drift += square(lever * (miss - onTheWay(before, miss, row.lo == S(0))));
             }
         }
-        error_->maxJointGap = std::max(error_->maxJointGap, static_cast<double>(std::sqrt(gap)));
-        count(block, std::max(std::sqrt(squared), dt_ * velocity), std::max(std::sqrt(drift) / h_, velocity));
+        sum.maxJointGap = std::max(sum.maxJointGap, static_cast<double>(std::sqrt(gap)));
+        count(tolerance(block), std::max(std::sqrt(squared), dt_ * velocity), std::max(std::sqrt(drift) / h_, velocity),
+              sum);
     }
 
-    S contact(const RowBlock<S>& block, S separation) {
+    S contact(const RowBlock<S>& block, S separation, double asked, IslandError& sum) const {
         const Row<S>* row = &island_.rows[static_cast<std::size_t>(block.first)];
         const double depth = std::max(0.0, -static_cast<double>(separation));
-        error_->maxPenetration = std::max(error_->maxPenetration, depth);
+        sum.maxPenetration = std::max(sum.maxPenetration, depth);
         if (separation <= S(0) || row[0].lambda > S(0)) {
-            error_->penetrationSum += depth;
-            ++error_->touching;
+            sum.penetrationSum += depth;
+            ++sum.touching;
         }
         if (separation >= S(0) && row[0].lambda == S(0)) {
             return S(0);
@@ -133,13 +145,13 @@ private:
         const RowResponse<S>* response = &island_.responses[static_cast<std::size_t>(block.first)];
         const S mobility = response[0].mobility;
         const S miss = std::min(separation, mobility * h_ * h_ * row[0].lambda);
-        error_->constraint += static_cast<double>(miss * miss / (mobility * h_ * h_));
+        sum.constraint += static_cast<double>(miss * miss / (mobility * h_ * h_));
         S slip = 0;
         S u[2] = {0, 0};
         const S mu = block.count == 3 ? frictionCoefficient(island_, block) : S(0);
         if (block.count == 3) {
             const S force = planeLength(row[1].lambda, row[2].lambda);
-            error_->cone = std::max(error_->cone, static_cast<double>(force - mu * row[0].lambda));
+            sum.cone = std::max(sum.cone, static_cast<double>(force - mu * row[0].lambda));
             const S across = S(0.5) * (response[1].mobility + response[2].mobility);
             S wanted[2];
             for (int t = 0; t < 2; ++t) {
@@ -152,14 +164,14 @@ private:
             for (int t = 0; t < 2; ++t) {
                 slip += square(across * h_ * row[1 + t].lambda - scale * wanted[t]);
             }
-            error_->constraint += static_cast<double>(slip / across);
+            sum.constraint += static_cast<double>(slip / across);
             slip = std::sqrt(slip);
         }
         const S drift = std::abs(miss - onTheWay(row[0].C, miss, true));
         const S position = std::max(std::abs(miss), dt_ * slip);
-        count(block, position, std::max(drift / h_, slip));
+        count(asked, position, std::max(drift / h_, slip), sum);
         if (accuracy_.coulomb) {
-            error_->coulomb += coulomb(row, block, separation, mobility, mu, u);
+            sum.coulomb += coulomb(row, block, separation, mobility, mu, u);
         }
         return position;
     }
@@ -187,8 +199,7 @@ private:
     S h_;
     S dt_;
     const AccuracyDef& accuracy_;
-    std::vector<S> C_;
-    IslandError* error_ = nullptr;  // where the present block counts
+    std::vector<S> C_;  // of the rows of joints and locks, at the end
 };
 
 }  // namespace

@@ -22,6 +22,8 @@ struct World<S>::Impl {
     BroadPhase broadPhase;
     ContactTable<S> contacts;
     Islands<S> islands;
+    std::vector<Solution> solved;   // of this step, by awake island
+    std::vector<Before<S>> before;  // of this step, by body
     StepReport report;
 
     explicit Impl(const WorldDef& worldDef);
@@ -74,14 +76,14 @@ private:
     // Boxes for the step to come, before its contacts are looked for; and after it, for queries and sweeps: those hold
     // the body all the way from where it was.
     void moveProxies(double dt);
-    void refreshProxies(double dt, const std::vector<Before<S>>& before);
-    void sweep(S dt, const std::vector<Before<S>>& before);
+    void refreshProxies(double dt);
+    void sweep(S dt);
     void writeBack(const Island<S>& island, S dt);
     void moveKinematic(S dt);
     void forgetForces(std::uint32_t body);
     // A body whose numbers went non-finite goes back to where it was before the step, at rest, and is named in the
     // report.
-    void restoreNonFinite(const Island<S>& island, const std::vector<Before<S>>& before);
+    void restoreNonFinite(const Island<S>& island);
     // Sums over islands.
     struct Totals {
         double constraint = 0;   // J
@@ -90,10 +92,14 @@ private:
         double penetration = 0;  // m
         int touching = 0;
     };
-    void solveIslands(S dt, std::vector<Solution>& solved);
+    void solveIslands(S dt);
     void record(const Island<S>& island, const Solution& solution, Totals& totals);
     void countAndClose(const Totals& totals);
     bool accuracyAsked() const;
+    // Whether a budget, or who replays one, chooses the effort of a step.
+    bool hasEffort() const { return def.accuracy.budget > 0 || def.accuracy.effort >= 0; }
+    // s. Not read where nothing hangs on it: it is a call of the system, a tenth of a small scene's step.
+    double budgetClock() const { return hasEffort() ? BudgetKeeper::clock(jobs->threadCount()) : 0; }
 };
 
 }  // namespace cairn

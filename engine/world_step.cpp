@@ -1,8 +1,30 @@
 #include <cairn/engine/world_impl.hpp>
 
+#include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace cairn {
+namespace {
+
+// Times stage after stage with one look at the clock between two: more would be felt in a step of a microsecond.
+class Stages {
+public:
+    // s since the last end(), or the beginning.
+    double end() {
+        const Clock::time_point before = std::exchange(last_, Clock::now());
+        return std::chrono::duration<double>(last_ - before).count();
+    }
+    // s, of all that have ended.
+    double all() const { return std::chrono::duration<double>(last_ - start_).count(); }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point start_ = Clock::now();
+    Clock::time_point last_ = start_;
+};
+
+}  // namespace
 
 template <class S>
 void World<S>::Impl::step(S dt) {
@@ -16,43 +38,31 @@ void World<S>::Impl::step(S dt) {
         return;
     }
     solveSeconds = 0;
-    const double start = BudgetKeeper::clock(jobs->threadCount());
-    {
-        const StageTimer total(report.times.total);
-        move(dt);
-    }
+    const double start = budgetClock();
+    move(dt);
     if (report.effort >= 0) {
-        const double whole = BudgetKeeper::clock(jobs->threadCount()) - start;
-        budget.learn(report.effort, report.work, solveSeconds, whole - solveSeconds);
+        budget.learn(report.effort, report.work, solveSeconds, budgetClock() - start - solveSeconds);
     }
 }
 
 template <class S>
 void World<S>::Impl::move(S dt) {
-    {
-        const StageTimer timer(report.times.broadPhase);
-        moveProxies(static_cast<double>(dt));
-        broadPhase.update();
-    }
-    {
-        const StageTimer timer(report.times.narrowPhase);
-        contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.stillDistance},
-                        *jobs);
-    }
-    {
-        const StageTimer timer(report.times.islands);
-        islands.rebuild(bodies, joints, contacts,
-                        {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia, accuracyAsked()});
-    }
-    std::vector<Island<S>>& awake = islands.awake();
-    std::vector<Solution> solved;
-    {
-        const StageTimer timer(report.times.solve);
-        const double start = BudgetKeeper::clock(jobs->threadCount());
-        solveIslands(dt, solved);
-        solveSeconds = BudgetKeeper::clock(jobs->threadCount()) - start;
-    }
-    std::vector<Before<S>> before(bodies.slotCount());
+    Stages stages;
+    moveProxies(static_cast<double>(dt));
+    broadPhase.update();
+    report.times.broadPhase = stages.end();
+
+    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.stillDistance}, *jobs);
+    report.times.narrowPhase = stages.end();
+
+    islands.rebuild(bodies, joints, contacts,
+                    {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia, accuracyAsked()});
+    report.times.islands = stages.end();
+
+    const double start = budgetClock();
+    solveIslands(dt);
+    solveSeconds = budgetClock() - start;
+    before.resize(bodies.slotCount());
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
         before[i] = {bodies[i].pose, bodies[i].w};
         bodies[i].force.setZero();
@@ -60,18 +70,22 @@ void World<S>::Impl::move(S dt) {
     }
     moveKinematic(dt);
     Totals totals;
+    std::vector<Island<S>>& awake = islands.awake();
     for (std::size_t k = 0; k < awake.size(); ++k) {
         writeBack(awake[k], dt);
-        restoreNonFinite(awake[k], before);
+        restoreNonFinite(awake[k]);
         record(awake[k], solved[k], totals);
     }
-    {
-        const StageTimer timer(report.times.continuous);
-        refreshProxies(static_cast<double>(dt), before);
-        sweep(dt, before);
-    }
+    report.times.solve = stages.end();
+
+    refreshProxies(static_cast<double>(dt));
+    sweep(dt);
+    report.times.continuous = stages.end();
+
     islands.updateSleep(bodies, def.sleep, static_cast<double>(dt));
     countAndClose(totals);
+    stages.end();
+    report.times.total = stages.all();
 }
 
 template <class S>
@@ -85,7 +99,7 @@ void World<S>::Impl::moveProxies(double dt) {
 }
 
 template <class S>
-void World<S>::Impl::refreshProxies(double dt, const std::vector<Before<S>>& before) {
+void World<S>::Impl::refreshProxies(double dt) {
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
         const Body<S>& b = bodies[i];
         if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
@@ -100,7 +114,7 @@ void World<S>::Impl::refreshProxies(double dt, const std::vector<Before<S>>& bef
 }
 
 template <class S>
-void World<S>::Impl::sweep(S dt, const std::vector<Before<S>>& before) {
+void World<S>::Impl::sweep(S dt) {
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
     const SweepCounts counts =
         sweepFastBodies<S>(bodies, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt, *jobs);
@@ -151,7 +165,7 @@ void World<S>::Impl::forgetForces(std::uint32_t body) {
 }
 
 template <class S>
-void World<S>::Impl::restoreNonFinite(const Island<S>& island, const std::vector<Before<S>>& before) {
+void World<S>::Impl::restoreNonFinite(const Island<S>& island) {
     for (const SolverBody<S>& s : island.bodies) {
         if (s.fixed) {
             continue;
@@ -169,12 +183,12 @@ void World<S>::Impl::restoreNonFinite(const Island<S>& island, const std::vector
 }
 
 template <class S>
-void World<S>::Impl::solveIslands(S dt, std::vector<Solution>& solved) {
+void World<S>::Impl::solveIslands(S dt) {
     std::vector<Island<S>>& awake = islands.awake();
     solved.resize(awake.size());
     SolveRequest request{def.accuracy, def.contactMargin, def.stillDistance, 1};
     Solver<S>* by = solver.get();
-    if (def.accuracy.budget > 0 || def.accuracy.effort >= 0) {
+    if (hasEffort()) {
         for (const Island<S>& island : awake) {
             report.work += static_cast<double>(island.bodies.size() + 3 * island.joints.size());
             for (const auto& link : island.patches) {
@@ -250,8 +264,7 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution, T
 
 template <class S>
 bool World<S>::Impl::accuracyAsked() const {
-    bool asked =
-        def.accuracy.position > 0 || def.accuracy.velocity > 0 || def.accuracy.budget > 0 || def.accuracy.effort >= 0;
+    bool asked = def.accuracy.position > 0 || def.accuracy.velocity > 0 || hasEffort();
     for (std::size_t i = 0; i < bodies.slotCount() && !asked; ++i) {
         asked = bodies.used(i) && bodies[i].def.tolerance > 0;
     }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 namespace cairn {
 namespace {
 
@@ -200,6 +202,30 @@ TEST(Seams, WallsAndStepsStillHold) {
     ASSERT_EQ(ledge.size(), 1u);
     EXPECT_EQ(ledge[0].count, 4);
     EXPECT_NEAR(ledge[0].normal.y(), 1, 1e-9);
+}
+
+// Two cards that lean on each other touch along a line, whichever side of 0 round-off leaves their gap.
+TEST(Seams, WhatLeansOnEachOtherTouches) {
+    const double a = 0.5;
+    const double t = 0.01;
+    const Shape card = box({t, a, 0.35});
+    for (const double degrees : {5.0, 15.0, 25.0}) {
+        const double q = degrees * std::numbers::pi / 180;
+        const double lean = a * std::sin(q) + t * std::cos(q);
+        const Quatd left(Eigen::AngleAxisd(-q, Vec3d::UnitZ()));
+        const Quatd right(Eigen::AngleAxisd(q, Vec3d::UnitZ()));
+        for (const double gap : {-1e-4, -1e-9, -1e-16, 0.0, 1e-16, 1e-9, 1e-4}) {
+            SCOPED_TRACE(testing::Message() << degrees << " degrees, " << gap << " m apart");
+            const Posed rightFromLeft =
+                relativePose(Posed{Vec3d(-lean, 0, 0), left}, Posed{Vec3d(lean + gap, 0, 0), right});
+            const auto met = truth::ask(card, card, rightFromLeft);
+            ASSERT_EQ(met.size(), 1u);
+            EXPECT_EQ(met[0].count, 2);
+            for (int k = 0; k < met[0].count; ++k) {
+                EXPECT_NEAR(met[0].points[static_cast<std::size_t>(k)].separation, gap * std::cos(q), 1e-15);
+            }
+        }
+    }
 }
 
 }  // namespace

@@ -183,6 +183,18 @@ TEST(Scenes, StacksTouchExactly) {
     }
 }
 
+// Born in equilibrium, and only friction holds it: every contact must be there in the first step.
+TEST(Scenes, TheHouseOfCardsDoesNotMove) {
+    for (const double levels : {3.0, 4.0, 5.0}) {
+        Scene scene = makeScene("card_house", {{"levels", levels}});
+        scene.world.sleep.enabled = false;
+        SceneRun run(scene);
+        run.advanceTo(2);
+        EXPECT_LT(run.result().worst.displacement, 2e-7) << levels << " storeys";
+        EXPECT_EQ(run.result().flags, 0U);
+    }
+}
+
 TEST(Scenes, ErrorsNameTheNearest) {
     const auto words = [](const std::string& scene, const SceneOverrides& overrides) -> std::string {
         try {

@@ -267,5 +267,45 @@ TEST(Stacks, OverlapIsWorkedOffGently) {
     });
 }
 
+// A pair of cards that lean on each other, at places that round the gap between them to either side of 0. By hand: the
+// foot carries the weight W, and the moment about it asks of the other card a push of W (lean to the foot) / height.
+TEST(Stacks, LeaningCardsStandFromTheFirstStep) {
+    const double a = 0.5;
+    const double t = 0.01;
+    const double q = 15 * pi / 180;
+    const double lean = a * std::sin(q) + t * std::cos(q);
+    const double height = a * std::cos(q) + t * std::sin(q);
+    World<double> world({.sleep = {.enabled = false}});
+    addFloor(world, 0.8);
+    std::vector<BodyId> lefts;
+    for (int i = 0; i < 8; ++i) {
+        for (const double side : {-1.0, 1.0}) {
+            const BodyId card = world.add({.shapes = {withMaterial(box({t, a, 0.35}), 0.8)},
+                                           .position = Vec3d(1.1 * i - 3.3 + side * lean, height, 0),
+                                           .rotation = expQuat<double>(Vec3d(0, 0, side * q)),
+                                           .mass = 1});
+            if (side < 0) {
+                lefts.push_back(card);
+            }
+        }
+    }
+    const StackRun run = watch(world, 2);
+    expectBelow("displacement, m", run.displacement, 3e-8);
+    EXPECT_EQ(run.unconverged, 0);
+    const double push = standardGravity * (a * std::sin(q) - t * std::cos(q)) / (2 * a * std::cos(q));
+    for (const BodyId card : lefts) {
+        double weight = 0;
+        double foot = 0;
+        for (const ContactView& contact : world.contacts()) {
+            if (contact.b == card && world.def(contact.a).type == BodyType::Static) {
+                weight += contact.normalForce;
+                foot += contact.frictionForce.x();
+            }
+        }
+        expectClose("weight on the foot, N", weight, standardGravity, 6e-6);
+        expectClose("friction of the foot, N", foot, push, 1e-6);
+    }
+}
+
 }  // namespace
 }  // namespace cairn
