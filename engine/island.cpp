@@ -171,18 +171,7 @@ void Island<S>::linearize() {
             body.refreshInertia();
         }
     }
-    for (const JointLink& link : joints) {
-        linearizeJoint(link, rows, blocks.emplace_back());
-    }
-    for (const LockLink& lock : locks) {
-        RowBlock<S>& block = blocks.emplace_back();
-        block.a = lock.fixedBody;
-        block.b = lock.b;
-        linearizeLock(*this, lock, rows, block);
-        for (std::size_t k = 0; k < lock.lambda->size(); ++k) {
-            rows[static_cast<std::size_t>(block.first) + k].lambda = (*lock.lambda)[k];
-        }
-    }
+    linearizeJoints(rows, blocks);
     jointBlocks = static_cast<int>(blocks.size());
     pointOfBlock_.clear();
     for (std::size_t p = 0; p < patches.size(); ++p) {
@@ -201,6 +190,22 @@ void Island<S>::linearize() {
         }
     }
     respond();
+}
+
+template <class S>
+void Island<S>::linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut) const {
+    for (const JointLink& link : joints) {
+        linearizeJoint(link, out, blocksOut.emplace_back());
+    }
+    for (const LockLink& lock : locks) {
+        RowBlock<S>& block = blocksOut.emplace_back();
+        block.a = lock.fixedBody;
+        block.b = lock.b;
+        linearizeLock(*this, lock, out, block);
+        for (std::size_t k = 0; k < lock.lambda->size(); ++k) {
+            out[static_cast<std::size_t>(block.first) + k].lambda = (*lock.lambda)[k];
+        }
+    }
 }
 
 template <class S>

@@ -196,6 +196,8 @@ struct Island {
     // J M^-1 J^T of a row that need not be among `rows`, 1/kg or 1/(kg m2).
     S mobility(const Row<S>& row, const RowBlock<S>& block) const { return responseOf(row, block).mobility; }
 
+    // Appends the rows and blocks of joints and locks at the present poses, with the lambda of the last solve.
+    void linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut) const;
     // Appends the rows of one joint at the present poses.
     void linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
 

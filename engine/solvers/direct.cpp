@@ -1,5 +1,6 @@
 #include <cairn/engine/impacts.hpp>
 #include <cairn/engine/solvers/direct.hpp>
+#include <cairn/engine/solvers/joint_newton.hpp>
 
 namespace cairn {
 namespace {
@@ -15,6 +16,19 @@ constexpr int jointRounds = 8;
 constexpr double mostTurn = 0.3;
 // rad^2, (h omega)^2 of the swing of a body under its joints' forces.
 constexpr double mostPhase = 1;
+// m/s or rad/s, of joints alone: no rest that games read off as a force.
+constexpr double jointSpeed = 6e-6;
+// Block multiply-adds a body of a factor over joints alone: trees and narrow loops have less than one.
+constexpr double mostJointWork = 10;
+// Of what is in play, the energy that a sub-step of joints alone may make or lose. Where forces are turned ahead all of
+// it comes of a sub-step that is longer or shorter than the last one; elsewhere some is what a chord of another length
+// says of the same speed.
+constexpr double mostImplicitWork = 1e-4;
+constexpr double mostExplicitWork = 5e-4;
+// Of these, what a sub-step may make that cannot be shortened: there are many of them, and it would grow.
+constexpr double growthOfShortest = 0.1;
+// m/s, at which gaps of joints are closed where the answer is linear.
+constexpr double slowSpeed = 6e-3;
 // m/s, above which contacts are expected to open and shut within a step.
 constexpr double movingSpeed = 0.05;
 // Passes of the projection, each about the poses that the last one left.
@@ -30,8 +44,10 @@ constexpr double touchBand = std::is_same_v<S, double> ? 1e-6 : 1e-5;
 
 // Newton works in double whatever the world's precision: a load of 1e4 : 1 leaves no digits of a float for the light
 // body.
+template <class S>
 struct DirectMemory {
     ContactNewton<double> newton;
+    JointNewton<S> joints;
     Island<double> wide;      // bodies and rows of a float island, in double
     std::uint64_t graph = 0;  // for which cost was predicted
     double factorWork = 0;
@@ -39,10 +55,10 @@ struct DirectMemory {
 };
 
 template <class S>
-DirectMemory& memoryOf(Island<S>& island) {
-    using Memory = std::shared_ptr<DirectMemory>;
+DirectMemory<S>& memoryOf(Island<S>& island) {
+    using Memory = std::shared_ptr<DirectMemory<S>>;
     if (std::any_cast<Memory>(&island.memory.solver) == nullptr) {
-        island.memory.solver = std::make_shared<DirectMemory>();
+        island.memory.solver = std::make_shared<DirectMemory<S>>();
     }
     return **std::any_cast<Memory>(&island.memory.solver);
 }
@@ -98,11 +114,11 @@ SolverBody<double> widenBody(const SolverBody<float>& body) {
 }
 
 // The bodies and rows of an island as it stands, in double.
-const Island<double>& widen(const Island<double>& island, DirectMemory&) {
+const Island<double>& widen(const Island<double>& island, DirectMemory<double>&) {
     return island;
 }
 
-const Island<double>& widen(const Island<float>& island, DirectMemory& memory) {
+const Island<double>& widen(const Island<float>& island, DirectMemory<float>& memory) {
     Island<double>& wide = memory.wide;
     wide.bodies.clear();
     for (const SolverBody<float>& body : island.bodies) {
@@ -216,9 +232,8 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
 }
 
 void fillProblem(const Island<double>& island, ContactNewton<double>& newton, const SolverSettings& settings,
-                 double band, double h) {
+                 double band, double gentle, double h) {
     RowProblem<double>& problem = newton.problem;
-    const double gentle = smallError / h;
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<double>& block = island.blocks[k];
         problem.friction[k] = frictionCoefficient(island, block);
@@ -338,7 +353,7 @@ int Direct<S>::substeps(Island<S>&, S) const {
 
 template <class S>
 typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
-    DirectMemory& memory = memoryOf(island);
+    DirectMemory<S>& memory = memoryOf(island);
     if (const std::uint64_t graph = graphOf(island); graph != memory.graph) {
         memory.graph = graph;
         island.linearize();
@@ -357,20 +372,26 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     island.linearize();
     resolveImpacts(island, settings_, h);
     report.rows = static_cast<int>(island.rows.size());
-
-    DirectMemory& memory = memoryOf(island);
+    DirectMemory<S>& memory = memoryOf(island);
+    const bool jointsAlone = memory.joints.prepare(island, mostJointWork * static_cast<double>(island.bodies.size()));
+    if (jointsAlone && solveJoints(island, h, report)) {
+        return report;
+    }
+    // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
+    const bool linear = jointsAlone;
     const Island<double>& wide = widen(island, memory);
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
     newton.prepare(wide, settings_.def.linearSolver);
-    fillProblem(wide, newton, settings_, touchBand<S>, hWide);
+    fillProblem(wide, newton, settings_, touchBand<S>, linear ? slowSpeed : smallError / hWide, hWide);
     const NewtonOptions options = optionsFor(island, settings_, newton.work());
     NewtonReport solved = solve(newton, wide, options, report);
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
     const bool quiet = !churns(island);
     const bool shortEnough =
         !island.mayRefuse || (turnsLittle(island, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
-    const bool closed = solved.converged && shortEnough && (!quiet || correctJoints(island, options, h, report));
+    const bool closed =
+        solved.converged && shortEnough && !linear && (!quiet || correctJoints(island, options, h, report));
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
     if (solved.converged ? !closed && island.mayRefuse : island.mayRefuse || island.mayRestart) {
@@ -394,11 +415,44 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
 }
 
 template <class S>
+bool Direct<S>::solveJoints(Island<S>& island, S h, SolveReport& report) const {
+    JointNewton<S>& joints = memoryOf(island).joints;
+    S farthest = 0;
+    for (const SolverBody<S>& body : island.bodies) {
+        farthest = std::max(farthest, body.pose.position.cwiseAbs().maxCoeff());
+    }
+    JointNewtonOptions options;
+    options.tolerance = jointSpeed;
+    options.floor = 2 * static_cast<double>(Eigen::NumTraits<S>::epsilon() * farthest);
+    options.gentle = smallError;
+    options.warmStart = settings_.def.warmStart;
+    const bool answered = joints.solve(island, h, options, report);
+    const bool shortEnough = answered && static_cast<double>(h) * joints.fastestSpin() <= mostTurn;
+    const double mostShare = joints.isImplicit() ? mostImplicitWork : mostExplicitWork;
+    const bool accepted = answered && (island.mayRefuse ? std::abs(joints.energyShare()) <= mostShare
+                                                        : joints.energyShare() <= growthOfShortest * mostShare);
+    if (island.mayRefuse && !(accepted && shortEnough)) {
+        report.tooLong = true;
+        return true;
+    }
+    if (!accepted) {
+        return false;
+    }
+    joints.handBack(island, h);
+    island.storeLambda();
+    island.integrate(h);
+    if (joints.worst() > smallError) {
+        projectErrors(island, h, report);
+    }
+    return true;
+}
+
+template <class S>
 bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S h, SolveReport& report) const {
     if (island.jointBlocks == 0) {
         return true;
     }
-    DirectMemory& memory = memoryOf(island);
+    DirectMemory<S>& memory = memoryOf(island);
     const Island<double>& wide = widen(island, memory);
     ContactNewton<double>& newton = memory.newton;
     const std::vector<SolverBody<S>> start = island.bodies;
@@ -443,7 +497,7 @@ bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S
 
 template <class S>
 void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const {
-    DirectMemory& memory = memoryOf(island);
+    DirectMemory<S>& memory = memoryOf(island);
     ContactNewton<double>& newton = memory.newton;
     NewtonOptions options = optionsFor(island, settings_, newton.work());
     options.tolerance = 0.1 * smallError / static_cast<double>(h);

@@ -32,6 +32,9 @@ public:
     void projectErrors(Island<S>& island, S h, SolveReport& report) const;
 
 private:
+    // Of joints alone (joint_newton.hpp): takes the sub-step or refuses it. False: no answer, and it may not be
+    // refused.
+    bool solveJoints(Island<S>& island, S h, SolveReport& report) const;
     bool correctJoints(Island<S>& island, const NewtonOptions& options, S h, SolveReport& report) const;
 
     SolverSettings settings_;

@@ -279,7 +279,7 @@ TEST(Agreement, ManyStepsConvergeWithFirstOrder) {
 // From the same moving state, one step: `direct` closes joints at the moved poses with the forces along the rows of the
 // start; solvers of moved rows push along the rows of the end, a difference of first order in the force, of third in
 // the places. The linear ones leave what the turn of the rows opens, which is of second order; so is what a penalty
-// gives. Springs: all linear ones take them at the start, and do the same to round-off.
+// gives. Springs `direct` takes at the moved poses too.
 TEST(Agreement, OneStepAgreesToTheOrderOfTheRows) {
     for (const Scene& scene : bilateral) {
         const bool soft = std::string(scene.name) == "springs";
@@ -315,8 +315,13 @@ TEST(Agreement, OneStepAgreesToTheOrderOfTheRows) {
             const std::string what = std::string(scene.name) + ", " + solver.name + ", one step: ";
             const bool linear = solver.name == "gauss_seidel" || solver.name == "nncg" || solver.name == "jacobi" ||
                                 solver.name == "cluster";
-            if (traitsOf(solver).exact || (soft && linear)) {
+            if (traitsOf(solver).exact) {
                 expectBelow(what + "places, m", std::max(coarse, fine), 1e-9);
+                return;
+            }
+            if (soft && linear) {
+                expectBelow(what + "places, m", coarse, 2e-4);
+                expectBelow(what + "places at half the step over an eighth of that", fine / (coarse / 8), 1.15);
                 return;
             }
             expectBelow(what + "places, m", coarse, 6e-3);
