@@ -15,6 +15,19 @@ void requireFinite(const BodyDef& def, const char* field, bool finite) {
     }
 }
 
+template <class S>
+void requireSpeed(const BodyDef& def, const Vec3<S>& linear, const Vec3<S>& angular) {
+    for (const auto& [field, speed] : {std::pair{"linearVelocity", linear}, std::pair{"angularVelocity", angular}}) {
+        if (!std::isfinite(speed.squaredNorm())) {
+            throw InputError(label(def) + "." + field, "beyond the range of this world's numbers",
+                             "give a finite speed whose square is finite");
+        }
+    }
+}
+
+template void requireSpeed(const BodyDef&, const Vec3<float>&, const Vec3<float>&);
+template void requireSpeed(const BodyDef&, const Vec3<double>&, const Vec3<double>&);
+
 namespace {
 
 void requireNotNegative(const BodyDef& def, const char* field, double value) {
@@ -157,6 +170,7 @@ Body<S> makeBody(const BodyDef& def, double continuousShare) {
     if (def.type != BodyType::Static) {
         body.v = def.linearVelocity.cast<S>();
         body.w = def.angularVelocity.cast<S>();
+        requireSpeed(def, body.v, body.w);
     }
     const auto any = [](const std::array<bool, 3>& flags) { return flags[0] || flags[1] || flags[2]; };
     body.locked = body.isDynamic() && (any(def.lockLinear) || any(def.lockAngular));

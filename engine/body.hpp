@@ -44,6 +44,9 @@ struct Body {
 std::string label(const BodyDef& def);
 // Throws InputError for body and field unless `finite`.
 void requireFinite(const BodyDef& def, const char* field, bool finite);
+// The same for a body's speeds, m/s and rad/s: their squares too must be within range.
+template <class S>
+void requireSpeed(const BodyDef& def, const Vec3<S>& linear, const Vec3<S>& angular);
 
 // The body that a def describes, with mass and inertia filled in. Throws InputError for what no body can be, or what
 // this precision cannot hold. continuousShare: of WorldDef.

@@ -279,7 +279,7 @@ void World<S>::setPose(BodyId id, const Pose<S>& pose) {
 template <class S>
 void World<S>::setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angular) {
     Body<S>& b = impl_->body(id);
-    requireFinite(b.def, "velocity", linear.allFinite() && angular.allFinite());
+    requireSpeed(b.def, linear, angular);
     if (b.def.type == BodyType::Static) {
         throw InputError(label(b.def) + ".velocity", "of a static body", "make it kinematic to move it");
     }

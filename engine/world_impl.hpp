@@ -62,10 +62,13 @@ struct World<S>::Impl {
     Aabb reach(const Body<S>& b, double dt) const {
         return bounds(b.def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + motion(b, dt));
     }
-    // m, that no point of the body moves farther than within dt.
+    // m, that no point of the body moves farther than within dt. What is too fast to be squared (an impulse of the
+    // game, which the step finds and puts back) reaches far, but not out of all boxes.
     static double motion(const Body<S>& b, double dt) {
+        constexpr double farthest = 1e15;
         const double turn = std::isfinite(b.radius) ? static_cast<double>(b.w.norm()) * b.radius : 0;
-        return dt * (static_cast<double>(b.v.norm()) + turn);
+        const double way = dt * (static_cast<double>(b.v.norm()) + turn);
+        return way < farthest ? way : farthest;
     }
 
     void step(S dt);

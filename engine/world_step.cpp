@@ -171,7 +171,7 @@ void World<S>::Impl::restoreNonFinite(const Island<S>& island) {
             continue;
         }
         Body<S>& b = bodies[s.index];
-        if (!b.pose.isFinite() || !b.v.allFinite() || !b.w.allFinite()) {
+        if (!b.pose.isFinite() || !std::isfinite(b.v.squaredNorm() + b.w.squaredNorm())) {
             b.pose = before[s.index].pose;
             b.v.setZero();
             b.w.setZero();

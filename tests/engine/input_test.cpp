@@ -41,6 +41,8 @@ TEST(BadInput, Bodies) {
     expectBodyRefused("rotation", [](BodyDef& d) { d.rotation.coeffs().setZero(); });
     expectBodyRefused("rotation", [](BodyDef& d) { d.rotation.x() = nan; });
     expectBodyRefused("linearVelocity", [](BodyDef& d) { d.linearVelocity.x() = nan; });
+    expectBodyRefused("linearVelocity", [](BodyDef& d) { d.linearVelocity.x() = 1e160; });
+    expectBodyRefused("angularVelocity", [](BodyDef& d) { d.angularVelocity.x() = 1e160; });
     expectBodyRefused("angularVelocity", [](BodyDef& d) { d.angularVelocity.z() = -inf; });
     expectBodyRefused("mass", [](BodyDef& d) { d.mass = -1; });
     expectBodyRefused("mass", [](BodyDef& d) { d.mass = nan; });
@@ -308,7 +310,7 @@ TEST(BadInput, Setters) {
     expectRefused("torque", [&] { world.applyTorque(t.crate, Vec3d(inf, 0, 0)); });
     expectRefused("impulse", [&] { world.applyImpulse(t.crate, bad, zero); });
     expectRefused("impulse", [&] { world.applyImpulse(t.crate, zero, bad); });
-    expectRefused("velocity", [&] { world.setVelocity(t.crate, bad, zero); });
+    expectRefused("linearVelocity", [&] { world.setVelocity(t.crate, bad, zero); });
     expectRefused("velocity", [&] { world.setVelocity(t.hook, zero, zero); });
     expectRefused("velocity", [&] { world.setVelocity(t.particles[0], zero, Vec3d(0, 1, 0)); });
     expectRefused("pose", [&] { world.setPose(t.crate, {bad, Quatd::Identity()}); });
@@ -356,6 +358,23 @@ TEST(BadInput, NonFiniteBodyIsPutBack) {
         run(world, 3);
         expectClose(solver.name + ", height of the body put back", position(world, bad).y(), 0.5, 1e-3);
         expectClose(solver.name + ", height of the other", position(world, good).y(), 0.5, 1e-3);
+    });
+}
+
+// A speed that is finite, but not its square: put back by the step, like what is not finite.
+TEST(BadInput, ASpeedBeyondSquaringIsPutBack) {
+    forEachSolver([](const SolverDef& solver) {
+        Worldf world({.solver = solver, .sleep = {.enabled = false}});
+        addFloor(world);
+        const BodyId bad = addBox(world, Vec3d(0, 0.5, 0));
+        run(world, 0.2);
+        expectRefused("linearVelocity", [&] { world.setVelocity(bad, Vec3f(3e30f, 0, 0), Vec3f::Zero()); });
+        world.applyImpulse(bad, Vec3f(3e30f, 0, 0), world.centre(bad));
+        const StepReport report = world.step(1.0f / 60);
+        ASSERT_EQ(report.nonFinite, std::vector<BodyId>{bad});
+        EXPECT_EQ(velocity(world, bad).norm(), 0);
+        run(world, 3);
+        expectClose(solver.name + ", height of the body put back", position(world, bad).y(), 0.5, 1e-3);
     });
 }
 
