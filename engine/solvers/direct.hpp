@@ -4,6 +4,7 @@
 //     joints: C is asked again at the moved poses and the right side corrected until C(x moved by h v) = 0 (SHAKE: the
 //     error of the linearisation vanishes and energy is kept); move; what error is left (bodies born overlapping) is
 //     projected away without speed.
+// Islands of joints alone are solved in the space of their forces (joint_newton.hpp).
 // Cost: one sparse factor a Newton round, none where last step's lambda still answers: n on chains and towers, n^1.5 on
 // walls, n^2 in 3-D heaps. Use it wherever it is affordable. Its arithmetic is double in a float world too.
 #include <cairn/engine/solvers/newton.hpp>
