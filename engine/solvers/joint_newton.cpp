@@ -116,7 +116,7 @@ bool JointNewton<S>::prepare(const Island<S>& island, double mostWork) {
         counts.push_back(block.count);
     }
     for (const SolverBody<S>& body : island.bodies) {
-        if (body.particle) {
+        if (body.particle || body.holdsInertia) {
             return false;
         }
     }
@@ -340,14 +340,16 @@ void JointNewton<S>::evaluateBlock(const Island<S>& island, std::size_t k, doubl
     addSwing(b, force, armB);
 }
 
-// From the forces of the last solve and from the island's weight, which a slack chain will have to bear when it
+// From the forces of the last solve and, of what hangs, from its weight, which a slack chain will have to bear when it
 // tightens.
 template <class S>
 double JointNewton<S>::chooseLag(const Island<S>& island, double h) {
     constexpr double fullPhase = 4;  // (h omega)^2, from which on lag is 1/2
     double weight = 0;               // N
+    const bool hangs =
+        std::any_of(graph_.begin(), graph_.end(), [](const auto& ends) { return ends[0] < 0 || ends[1] < 0; });
     for (const SolverBody<S>& body : island.bodies) {
-        weight += static_cast<double>(body.force.template head<3>().norm());
+        weight += hangs ? static_cast<double>(body.force.template head<3>().norm()) : 0.0;
     }
     moments_.assign(bodies_.size(), 0.0);
     for (const RowBlock<S>& block : island.blocks) {

@@ -17,8 +17,8 @@
 // reversible in time). Forces are turned and not arms: the torque stays across the arm, and no error spins a slender
 // link about its own axis, which has next to no inertia. The price is order: the period of what swings slowly beside it
 // is off by (h omega)^2 5/24 in place of 1/24, and angular momentum by what theta turns the torques, of the same order.
-// lag is 0 (SHAKE) while no body's swing exceeds a radian a sub-step under the present forces or the island's whole
-// weight.
+// lag is 0 (SHAKE) while no body's swing exceeds a radian a sub-step under the present forces or, of what hangs, under
+// its whole weight.
 #include <cairn/engine/solvers/row_terms.hpp>
 
 namespace cairn {
@@ -59,8 +59,8 @@ struct JointBody {
 template <class S>
 class JointNewton {
 public:
-    // Reads the graph of the joints. False where it cannot serve: with contacts or particles, or where its factor would
-    // cost more than `mostWork` block multiply-adds (6x6).
+    // Reads the graph of the joints. False where it cannot serve: with contacts, particles or gyroscopic inertia
+    // (SolverDef), or where its factor would cost more than `mostWork` block multiply-adds (6x6).
     bool prepare(const Island<S>& island, double mostWork);
     // A sub-step of a predicted and linearised island. False: Newton has not converged. The island is as it was.
     bool solve(Island<S>& island, S h, const JointNewtonOptions& options, SolveReport& report);
