@@ -69,6 +69,9 @@ struct SolverSettings {
     double maxPushOutSpeed = 0;
 };
 
+// m, of a fall that counts as energy in play beside what already moves.
+constexpr double fallInPlay = 0.1;
+
 // What a solver says of one sub-step; summed over sub-steps and islands.
 struct SolveReport {
     int directSolves = 0;

@@ -7,8 +7,6 @@ namespace {
 // m/s, at which a load may creep without being counted: ten times the default tolerance of `direct`.
 constexpr double unseenSpeed = 1e-5;
 
-constexpr double fallInPlay = 0.1;  // m
-
 // Whether it is as hard to turn about every axis, so that it does not matter which way the body lies.
 template <class S>
 bool isBallLike(const Mat3<S>& inertia) {

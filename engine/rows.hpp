@@ -37,6 +37,8 @@ struct Row {
     bool isAngular = false;
 
     bool isSoft() const { return compliance > S(0) || damping > S(0); }
+    // Asks C = 0, and gives way to nothing.
+    bool isHardEquality() const { return !isVelocity && !isSoft() && lo < S(0) && hi > S(0); }
     // How far the row is from being obeyed, >= 0, in the unit of C; 0 for rows that may give way.
     S violation() const {
         if (isVelocity || isSoft()) {

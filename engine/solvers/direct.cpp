@@ -247,8 +247,7 @@ void fillProblem(const Island<double>& island, ContactNewton<double>& newton, co
             t = rowTerms(row, island.responses[i].mobility, h, hard);
             if (hard) {
                 const double C = block.kind == BlockKind::Contact ? row.C - std::clamp(row.C, -band, band) : row.C;
-                const bool open = row.lo == 0.0 && C > 0.0;
-                t.bias = open ? C / h : std::clamp(C / h, -gentle, gentle);
+                t.bias = hardBias(C, row.lo, gentle, h);
             }
             problem.p[i] = row.lambda * h * settings.def.warmStart;
         }
@@ -379,21 +378,20 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     if (jointsAlone && solveJoints(island, h, report)) {
         return report;
     }
-    // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
-    const bool linear = jointsAlone;
     const Island<double>& wide = widen(island, memory);
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
     newton.prepare(wide, settings_.def.linearSolver);
-    fillProblem(wide, newton, settings_, touchBand<S>, linear ? slowSpeed : smallError / hWide, hWide);
+    fillProblem(wide, newton, settings_, touchBand<S>, jointsAlone ? slowSpeed : smallError / hWide, hWide);
     const NewtonOptions options = optionsFor(island, settings_, newton.work());
     NewtonReport solved = solve(newton, wide, options, report);
+    // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
     const bool quiet = !churns(island);
     const bool shortEnough =
         !island.mayRefuse || (turnsLittle(island, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
     const bool closed =
-        solved.converged && shortEnough && !linear && (!quiet || correctJoints(island, options, h, report));
+        solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(island, options, h, report));
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
     if (solved.converged ? !closed && island.mayRefuse : island.mayRefuse || island.mayRestart) {
@@ -477,8 +475,7 @@ bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S
         worst = 0;
         for (std::size_t i = 0; i < C.size(); ++i) {
             const Row<S>& row = island.rows[i];
-            const bool equality = row.lo < S(0) && row.hi > S(0);
-            if (row.isVelocity || row.isSoft() || !equality) {
+            if (!row.isHardEquality()) {
                 continue;
             }
             const S error = C[i] - row.C + std::clamp(row.C, -gentle, gentle);

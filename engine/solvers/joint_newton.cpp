@@ -3,9 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <map>
-#include <set>
-
 namespace cairn {
 namespace {
 
@@ -13,58 +10,6 @@ constexpr int mostRounds = 12;
 // Of a row's own mobility: keeps rows that repeat others (a closed loop of hinges in a plane) from being pushed without
 // end; too little to be seen elsewhere.
 constexpr double redundant = 1e-12;
-constexpr std::size_t mostRows = 8;  // of a joint: a hinge with limits and motor has as many
-
-// Replaces the matrix (row-major) by its inverse; false if it has none to working precision.
-bool invert(double* m, std::size_t size) {
-    if (size == 3) {
-        Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> whole(m);
-        const Mat3<double> inverse = whole.inverse();
-        whole = inverse;
-        return inverse.allFinite();
-    }
-    std::array<int, mostRows> swapped{};
-    for (std::size_t k = 0; k < size; ++k) {
-        std::size_t pivot = k;
-        for (std::size_t r = k + 1; r < size; ++r) {
-            if (std::abs(m[r * size + k]) > std::abs(m[pivot * size + k])) {
-                pivot = r;
-            }
-        }
-        swapped[k] = static_cast<int>(pivot);
-        if (pivot != k) {
-            std::swap_ranges(m + k * size, m + (k + 1) * size, m + pivot * size);
-        }
-        const double value = m[k * size + k];
-        if (!(std::abs(value) > 0)) {
-            return false;
-        }
-        const double scale = 1 / value;
-        m[k * size + k] = 1;
-        for (std::size_t c = 0; c < size; ++c) {
-            m[k * size + c] *= scale;
-        }
-        for (std::size_t r = 0; r < size; ++r) {
-            if (r == k) {
-                continue;
-            }
-            const double share = m[r * size + k];
-            m[r * size + k] = 0;
-            for (std::size_t c = 0; c < size; ++c) {
-                m[r * size + c] -= share * m[k * size + c];
-            }
-        }
-    }
-    for (std::size_t k = size; k-- > 0;) {
-        const std::size_t other = static_cast<std::size_t>(swapped[k]);
-        if (other != k) {
-            for (std::size_t r = 0; r < size; ++r) {
-                std::swap(m[r * size + k], m[r * size + other]);
-            }
-        }
-    }
-    return true;
-}
 
 // N m s, at the start of a free motion whose mean spin over h is that of the body. By the midpoint rule of motion.hpp,
 // p2 = exp(-h w) p1 and w = I^-1 (p1 + p2) / 2, so that p1 = 2 (1 + exp(-h w))^-1 I w.
@@ -81,11 +26,6 @@ Vec3<double> momentumOf(const JointBody& body, double h) {
                                             : std::tan(half) / half;
     const double k = 0.5 * h * tangent;
     return spin + k * w.cross(spin);
-}
-
-template <class S>
-bool isHardEquality(const Row<S>& row) {
-    return !row.isVelocity && !row.isSoft() && row.lo < S(0) && row.hi > S(0);
 }
 
 // -d(arm x exp(-theta) f) / d theta, with the force f as it meets the body.
@@ -105,124 +45,22 @@ bool JointNewton<S>::prepare(const Island<S>& island, double mostWork) {
     if (!island.patches.empty() || island.blocks.empty()) {
         return false;
     }
-    std::vector<std::array<int, 2>> graph;
-    std::vector<int> counts;
+    graph_.clear();
+    counts_.clear();
     for (const RowBlock<S>& block : island.blocks) {
-        if (block.particles || at(block.count) > mostRows) {
+        if (block.particles || at(block.count) > JointFactor::mostRows) {
             return false;
         }
         const auto node = [&](int body) { return island.bodies[at(body)].fixed ? -1 : body; };
-        graph.push_back({node(block.a), node(block.b)});
-        counts.push_back(block.count);
+        graph_.push_back({node(block.a), node(block.b)});
+        counts_.push_back(block.count);
     }
     for (const SolverBody<S>& body : island.bodies) {
         if (body.particle || body.holdsInertia) {
             return false;
         }
     }
-    if (graph == graph_ && counts == counts_) {
-        return serves_;
-    }
-    graph_ = graph;
-    counts_ = counts;
-    serves_ = false;
-
-    const std::size_t n = graph_.size();
-    std::vector<std::vector<int>> jointsOf(island.bodies.size());
-    for (std::size_t k = 0; k < n; ++k) {
-        for (const int body : graph_[k]) {
-            if (body >= 0) {
-                jointsOf[at(body)].push_back(static_cast<int>(k));
-            }
-        }
-    }
-    constexpr std::size_t mostAtBody = 12;
-    std::vector<std::set<int>> neighbours(n);
-    for (const std::vector<int>& joints : jointsOf) {
-        if (joints.size() > mostAtBody) {
-            return false;
-        }
-        for (const int i : joints) {
-            for (const int j : joints) {
-                if (i != j) {
-                    neighbours[at(i)].insert(j);
-                }
-            }
-        }
-    }
-    // Least degree first: leaves of a tree, one after the other, without fill.
-    std::set<std::pair<std::size_t, int>> queue;
-    for (std::size_t k = 0; k < n; ++k) {
-        queue.insert({neighbours[k].size(), static_cast<int>(k)});
-    }
-    order_.clear();
-    std::vector<int> placeOf(n, -1);
-    std::vector<std::vector<int>> laterOf;
-    work_ = 0;
-    while (!queue.empty()) {
-        const int k = queue.begin()->second;
-        queue.erase(queue.begin());
-        placeOf[at(k)] = static_cast<int>(order_.size());
-        order_.push_back(k);
-        const std::vector<int> left(neighbours[at(k)].begin(), neighbours[at(k)].end());
-        const double own = counts_[at(k)];
-        double others = 0;
-        for (const int i : left) {
-            others += counts_[at(i)];
-            queue.erase({neighbours[at(i)].size(), i});
-            neighbours[at(i)].erase(k);
-            for (const int j : left) {
-                if (i != j) {
-                    neighbours[at(i)].insert(j);
-                }
-            }
-            queue.insert({neighbours[at(i)].size(), i});
-        }
-        work_ += own * (own * own + own * others + others * others) / 216;
-        if (work_ > mostWork) {
-            return false;
-        }
-        laterOf.push_back(left);
-    }
-    std::map<std::pair<int, int>, std::size_t> offsets;
-    size_ = 0;
-    const auto offsetOf = [&](int row, int column) {
-        const auto [found, made] = offsets.try_emplace({row, column}, size_);
-        if (made) {
-            size_ += at(counts_[at(order_[at(row)])] * counts_[at(order_[at(column)])]);
-        }
-        return found->second;
-    };
-    later_.assign(n, {});
-    diagonal_.clear();
-    targets_.clear();
-    for (std::size_t k = 0; k < n; ++k) {
-        const int own = static_cast<int>(k);
-        diagonal_.push_back(offsetOf(own, own));
-        for (const int block : laterOf[k]) {
-            const int place = placeOf[at(block)];
-            later_[k].push_back({place, offsetOf(own, place), offsetOf(place, own)});
-        }
-        for (const Later& i : later_[k]) {
-            for (const Later& j : later_[k]) {
-                targets_.push_back(offsetOf(i.place, j.place));
-            }
-        }
-    }
-    sums_.clear();
-    for (std::size_t body = 0; body < jointsOf.size(); ++body) {
-        for (const int i : jointsOf[body]) {
-            for (const int j : jointsOf[body]) {
-                const int row = placeOf[at(i)];
-                const int column = placeOf[at(j)];
-                const int index = static_cast<int>(body);
-                sums_.push_back(
-                    {row, column, graph_[at(i)][1] == index, graph_[at(j)][1] == index, offsetOf(row, column)});
-            }
-        }
-    }
-    serves_ = true;
-    return true;
+    return factor_.analyse(graph_, counts_, island.bodies.size(), mostWork);
 }
 
 // Takes the rows where h v brings the bodies, and what they and the balance of momentum miss.
@@ -280,7 +118,7 @@ void JointNewton<S>::evaluateBlock(const Island<S>& island, std::size_t k, doubl
     Vec3<double> gap = Vec3<double>::Zero();
     for (int r = 0; r < 3 && whole; ++r) {
         const Row<S>& row = endRows_[at(end.first + r)];
-        whole = isHardEquality(row);
+        whole = row.isHardEquality();
         gap += static_cast<double>(row.C) * row.b.template head<3>().template cast<double>();
     }
     Vec3<double> force = Vec3<double>::Zero();  // N s, on b
@@ -318,11 +156,7 @@ void JointNewton<S>::evaluateBlock(const Island<S>& island, std::size_t k, doubl
             mine.endA.tail<3>() = a.turning.transpose() * mine.endA.tail<3>();
             mine.endB.tail<3>() = b.turning.transpose() * mine.endB.tail<3>();
             mine.u = (C - mine.startC) / h;
-            if (!row.isSoft()) {
-                const double open = mine.terms.lo < 0 ? std::max(0.0, C) : 0.0;
-                const double shut = mine.terms.hi > 0 ? std::max(0.0, -C) : 0.0;
-                worst_ = std::max({worst_, open, shut});
-            }
+            worst_ = std::max(worst_, whole && r < 3 ? std::abs(C) : static_cast<double>(row.violation()));
         }
         mine.u += mine.terms.bias + mine.terms.softness * mine.p;
         if (const double scale = mine.terms.mobility + mine.terms.softness; scale > 0) {
@@ -444,13 +278,12 @@ void JointNewton<S>::stiffen(double h) {
 // Solves for the change of the active rows' impulses and adds it, and what it does to the twists.
 template <class S>
 bool JointNewton<S>::newtonStep() {
-    const auto activeAt = [&](std::size_t place) -> const std::vector<int>& { return active_[at(order_[place])]; };
-    matrix_.assign(size_, 0.0);
-    for (const Sum& sum : sums_) {
-        double* out = &matrix_[sum.offset];
-        for (const int r : activeAt(at(sum.row))) {
+    factor_.clear();
+    for (const JointFactor::Sum& sum : factor_.sums()) {
+        double* out = factor_.at(sum);
+        for (const int r : active_[at(sum.row)]) {
             const Vec6<double>& end = sum.rowIsB ? rows_[at(r)].endB : rows_[at(r)].endA;
-            for (const int c : activeAt(at(sum.column))) {
+            for (const int c : active_[at(sum.column)]) {
                 *out++ += end.dot(sum.columnIsB ? rows_[at(c)].giveB : rows_[at(c)].giveA);
             }
         }
@@ -465,88 +298,27 @@ bool JointNewton<S>::newtonStep() {
         moved_[i].head<3>() = -body.inverseMass * body.miss.head<3>();
         moved_[i].tail<3>().noalias() = -body.give * body.miss.tail<3>();
     }
-    for (std::size_t k = 0; k < order_.size(); ++k) {
-        const RowBlock<S>& block = endBlocks_[at(order_[k])];
-        const std::vector<int>& own = activeAt(k);
-        for (std::size_t r = 0; r < own.size(); ++r) {
-            const JointRow& row = rows_[at(own[r])];
-            double& diagonal = matrix_[diagonal_[k] + r * own.size() + r];
-            diagonal = diagonal * (1 + redundant) + row.terms.softness;
-            right_[at(own[r])] = -row.u - row.endA.dot(moved_[at(block.a)]) - row.endB.dot(moved_[at(block.b)]);
+    for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
+        const Vec6<double>& a = moved_[at(endBlocks_[k].a)];
+        const Vec6<double>& b = moved_[at(endBlocks_[k].b)];
+        double* diagonal = factor_.diagonal(k);
+        for (const int i : active_[k]) {
+            const JointRow& row = rows_[at(i)];
+            *diagonal = *diagonal * (1 + redundant) + row.terms.softness;
+            diagonal += active_[k].size() + 1;
+            right_[at(i)] = -row.u - row.endA.dot(a) - row.endB.dot(b);
         }
     }
-    std::size_t target = 0;
-    for (std::size_t k = 0; k < order_.size(); ++k) {
-        const std::vector<int>& own = activeAt(k);
-        const std::size_t m = own.size();
-        const double* pivot = &matrix_[diagonal_[k]];
-        if (!invert(&matrix_[diagonal_[k]], m)) {
-            return false;
-        }
-        for (const Later& i : later_[k]) {
-            // A_ik <- A_ik A_kk^-1
-            double* lower = &matrix_[i.lower];
-            const std::vector<int>& theirs = activeAt(at(i.place));
-            for (std::size_t r = 0; r < theirs.size(); ++r) {
-                std::array<double, mostRows> row{};
-                for (std::size_t c = 0; c < m; ++c) {
-                    double sum = 0;
-                    for (std::size_t l = 0; l < m; ++l) {
-                        sum += lower[r * m + l] * pivot[l * m + c];
-                    }
-                    row[c] = sum;
-                }
-                for (std::size_t c = 0; c < m; ++c) {
-                    lower[r * m + c] = row[c];
-                    right_[at(theirs[r])] -= row[c] * right_[at(own[c])];
-                }
-            }
-        }
-        for (const Later& i : later_[k]) {
-            for (const Later& j : later_[k]) {
-                const double* lower = &matrix_[i.lower];
-                const double* upper = &matrix_[j.upper];
-                double* out = &matrix_[targets_[target++]];
-                const std::size_t width = activeAt(at(j.place)).size();
-                for (std::size_t r = 0; r < activeAt(at(i.place)).size(); ++r) {
-                    for (std::size_t l = 0; l < m; ++l) {
-                        const double share = lower[r * m + l];
-                        for (std::size_t c = 0; c < width; ++c) {
-                            out[r * width + c] -= share * upper[l * width + c];
-                        }
-                    }
-                }
-            }
-        }
+    if (!factor_.solve(active_, right_)) {
+        return false;
     }
-    for (std::size_t k = order_.size(); k-- > 0;) {
-        const std::vector<int>& own = activeAt(k);
-        const std::size_t m = own.size();
-        std::array<double, mostRows> rest{};
-        for (std::size_t r = 0; r < m; ++r) {
-            rest[r] = right_[at(own[r])];
-        }
-        for (const Later& j : later_[k]) {
-            const std::vector<int>& theirs = activeAt(at(j.place));
-            const double* upper = &matrix_[j.upper];
-            for (std::size_t r = 0; r < m; ++r) {
-                for (std::size_t c = 0; c < theirs.size(); ++c) {
-                    rest[r] -= upper[r * theirs.size() + c] * right_[at(theirs[c])];
-                }
-            }
-        }
-        const double* pivot = &matrix_[diagonal_[k]];
-        const RowBlock<S>& block = endBlocks_[at(order_[k])];
-        for (std::size_t r = 0; r < m; ++r) {
-            double change = 0;
-            for (std::size_t c = 0; c < m; ++c) {
-                change += pivot[r * m + c] * rest[c];
-            }
-            JointRow& row = rows_[at(own[r])];
-            right_[at(own[r])] = change;
-            row.p += change;
-            moved_[at(block.a)] += change * row.giveA;
-            moved_[at(block.b)] += change * row.giveB;
+    for (std::size_t place = factor_.order().size(); place-- > 0;) {
+        const std::size_t k = at(factor_.order()[place]);
+        for (const int i : active_[k]) {
+            JointRow& row = rows_[at(i)];
+            row.p += right_[at(i)];
+            moved_[at(endBlocks_[k].a)] += right_[at(i)] * row.giveA;
+            moved_[at(endBlocks_[k].b)] += right_[at(i)] * row.giveB;
         }
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -601,8 +373,7 @@ void JointNewton<S>::start(Island<S>& island, S h, const JointNewtonOptions& opt
                       static_cast<double>(terms.hi)};
         mine.startC = static_cast<double>(row.C);
         if (hard) {
-            const bool open = row.lo == S(0) && row.C > S(0);
-            mine.terms.bias = (open ? mine.startC : std::clamp(mine.startC, -options.gentle, options.gentle)) / wide;
+            mine.terms.bias = hardBias(mine.startC, static_cast<double>(row.lo), options.gentle / wide, wide);
         }
         mine.p = std::clamp(static_cast<double>(row.lambda) * wide * options.warmStart, mine.terms.lo, mine.terms.hi);
         mine.giveA.setZero();
@@ -624,7 +395,7 @@ bool JointNewton<S>::solve(Island<S>& island, S h, const JointNewtonOptions& opt
         stiffen(wide);
         ++report.newtonRounds;
         ++report.factorisations;
-        report.work += 9 * work_;
+        report.work += 9 * factor_.work();
         return newtonStep();
     };
     for (int round = 0; !found && round < mostRounds && step(); ++round) {
@@ -656,7 +427,6 @@ double JointNewton<S>::fastestSpin() const {
 
 template <class S>
 void JointNewton<S>::sumUp(const Island<S>& island) {
-    constexpr double fallInPlay = 0.1;  // m
     jointWork_ = 0;
     inPlay_ = 0;
     for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
@@ -664,7 +434,7 @@ void JointNewton<S>::sumUp(const Island<S>& island) {
         const JointBody& b = bodies_[at(endBlocks_[k].b)];
         for (int i = endBlocks_[k].first; i < endBlocks_[k].first + endBlocks_[k].count; ++i) {
             const JointRow& row = rows_[at(i)];
-            if (isHardEquality(endRows_[at(i)])) {
+            if (endRows_[at(i)].isHardEquality()) {
                 jointWork_ += 0.5 * row.p *
                               ((a.fixed ? 2 * row.a.dot(a.v) : row.a.dot(a.v + a.vBefore)) +
                                (b.fixed ? 2 * row.b.dot(b.v) : row.b.dot(b.v + b.vBefore)));

@@ -4,9 +4,8 @@
 //     M (v - v*) = J^T p          J: gradients at the start, but forces meet each body as it will have turned (below),
 //     C(x moved by h v) = 0       hard rows; springs and dampers implicitly; motors; bounds by an active set.
 // Newton's matrix is that of the moved poses, M + K with K the geometric stiffness (seed 7.20), a 3x3 block a body. dv
-// is eliminated first: what is left is sparse over the joints, blocks of 3x3 along a chain of balls, no fill on trees.
-// Not symmetric, because the rows' gradients at the end are not J: elimination without pivots between joints, with
-// pivots within.
+// is eliminated first: what is left is sparse over the joints (joint_factor.hpp), and not symmetric, because the rows'
+// gradients at the end are not J.
 //
 // How forces meet bodies. With the gradients of the start (SHAKE) energy does not drift and momentum is kept, but the
 // swing of a body of inertia I under a force f at an arm r must be resolved, h omega < 2, omega^2 = |f| |r| / I: at the
@@ -19,6 +18,7 @@
 // is off by (h omega)^2 5/24 in place of 1/24, and angular momentum by what theta turns the torques, of the same order.
 // lag is 0 (SHAKE) while no body's swing exceeds a radian a sub-step under the present forces or, of what hangs, under
 // its whole weight.
+#include <cairn/engine/solvers/joint_factor.hpp>
 #include <cairn/engine/solvers/row_terms.hpp>
 
 namespace cairn {
@@ -90,34 +90,17 @@ private:
     bool newtonStep();
     void sumUp(const Island<S>& island);
 
-    // The graph, as last prepared. A place is a position in the elimination.
-    std::vector<std::array<int, 2>> graph_;  // bodies of each block, -1: fixed
-    std::vector<int> counts_;                // rows of each block
-    std::vector<int> order_;                 // block of each place
-    struct Later {
-        int place;
-        std::size_t upper, lower;  // in matrix_
-    };
-    std::vector<std::vector<Later>> later_;  // of each place, the later places that it shares a block with
-    std::vector<std::size_t> diagonal_;      // of each place
-    std::vector<std::size_t> targets_;       // that the elimination subtracts from, in its order
-    struct Sum {
-        int row, column;         // places
-        bool rowIsB, columnIsB;  // whether the body they share is the second of its block
-        std::size_t offset;
-    };
-    std::vector<Sum> sums_;
-    std::size_t size_ = 0;
-    double work_ = 0;
-    bool serves_ = false;
+    JointFactor factor_;
+    JointFactor::Graph graph_;
+    std::vector<int> counts_;  // rows of each block
 
     std::vector<JointBody> bodies_;
     std::vector<JointRow> rows_;
-    std::vector<std::vector<int>> active_;  // rows of each block that the present round moves
+    JointFactor::Rows active_;  // rows of each block that the present round moves
     std::vector<Pose<S>> start_;
     std::vector<Row<S>> endRows_;
     std::vector<RowBlock<S>> endBlocks_;
-    std::vector<double> matrix_, right_;
+    std::vector<double> right_;
     std::vector<Vec6<double>> moved_;
     std::vector<double> moments_;  // N m, of each body
     double lag_ = 0;

@@ -36,6 +36,13 @@ RowTerms<S> rowTerms(const Row<S>& row, S mobility, S h, bool& hard) {
     return t;
 }
 
+// The bias, m/s or rad/s, of a hard row with the error C: what is open may close, what is violated is corrected no
+// faster than `gentle`.
+template <class S>
+S hardBias(S C, S lo, S gentle, S h) {
+    return lo == S(0) && C > S(0) ? C / h : std::clamp(C / h, -gentle, gentle);
+}
+
 // The friction coefficient of a contact in this sub-step: static while it sticks at the start, dynamic while it slides.
 // slideSpeed, m/s: what counts as sliding; little enough to be unseen, more than any solver leaves of a sticking
 // contact.

@@ -261,12 +261,12 @@ Swing swing(double ratio) {
 }
 
 TEST(Chains, HangStill) {
-    for (const double ratio : {1.0, 1e3, 1e6}) {
+    for (const auto& [ratio, speed] : {std::pair{1.0, 1e-8}, {1e2, 1.5e-7}, {1e3, 1e-8}, {1e6, 1e-8}}) {
         Chain chain({}, 10, ratio, -Vec3d::UnitY());
         run(chain.world, 5);
         const std::string what = "hanging 1:" + std::to_string(static_cast<int>(ratio));
         expectBelow(what + ", gap, m", chain.world.report().error.maxJointGap, 5e-9);
-        expectBelow(what + ", speed, m/s", velocity(chain.world, chain.links.back()).norm(), 1e-8);
+        expectBelow(what + ", speed, m/s", velocity(chain.world, chain.links.back()).norm(), speed);
     }
 }
 
@@ -280,6 +280,11 @@ TEST(Chains, SwingWithALoadInOneSubstep) {
         expectBelow(what + ", energy gained", measured.gained, 1e-6);
         expectBelow(what + ", Newton rounds a step", measured.rounds, 5);
     }
+}
+
+// Equal links whip: some turn farther than a sub-step may, and its length changes.
+TEST(Chains, OfEqualLinksHold) {
+    expectBelow("swinging 1:1, gap, m", swing(1).gap, 3e-7);
 }
 
 // The load goes where fine steps bring it, though the links between hook and load swing far too fast for 1/60 s.
