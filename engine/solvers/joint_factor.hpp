@@ -1,7 +1,7 @@
 #pragma once
-// Elimination over joints: a matrix with a block for each two joints that share a moving body, not symmetric, in an order
-// that fills in least. Leaves of a tree come one after the other, without fill. Without pivots between joints, with
-// pivots within. Blocks are row-major and as large as the rows that a solve takes part of.
+// Elimination over joints: a matrix with a block for each two joints that share a moving body, not symmetric, in an
+// order that fills in least. Leaves of a tree come one after the other, without fill. Without pivots between joints,
+// with pivots within. Blocks are row-major and as large as the rows that a solve takes part of.
 #include <cairn/base/base.hpp>
 
 namespace cairn {
@@ -23,7 +23,7 @@ public:
     // than `mostWork` block multiply-adds (6x6).
     bool analyse(const Graph& graph, const std::vector<int>& counts, std::size_t bodies, double mostWork);
     const std::vector<int>& order() const { return order_; }  // joints, as they are eliminated
-    double work() const { return work_; }  // block multiply-adds of one solve()
+    double work() const { return work_; }                     // block multiply-adds of one solve()
 
     void clear();
     const std::vector<Sum>& sums() const { return sums_; }
