@@ -30,17 +30,32 @@ struct Sweep {
     ProxyId body = 0;
     std::vector<ProxyId> candidates;  // in rising order
     bool isAsked = true;              // in this round
+    bool asksAll = true;              // its own way has changed since it was asked
     bool meets = false;
     bool isExact = true;
     double fraction = 1;
     ProxyId other = 0;
 };
 
-// What has been held back moved like this, in a share `kept` of the step.
-struct Held {
+// A body on its way through the step, as far as it is let go.
+struct Way {
     Motion motion;
-    double kept = 1;
+    double kept = 1;      // share of the step in which it moved
+    bool isHeld = false;  // at any time
+    bool isNew = true;    // changed after the last round
 };
+
+// Whether balls about the centres of mass, which all of a body is in, come within `gap` of each other.
+bool mayMeet(const Motion& a, double radiusA, const Motion& b, double radiusB, double gap) {
+    if (!std::isfinite(radiusA + radiusB)) {
+        return true;
+    }
+    const Vec3d start = b.start * b.centre - a.start * a.centre;
+    const Vec3d way = b.displacement - a.displacement;
+    const double length = way.squaredNorm();
+    const double nearest = length > 0 ? std::clamp(-start.dot(way) / length, 0.0, 1.0) : 0;
+    return (start + nearest * way).norm() <= radiusA + radiusB + gap;
+}
 
 template <class S>
 class Sweeper {
@@ -60,6 +75,7 @@ public:
         choose();
         counts_.swept = static_cast<int>(sweeps_.size());
         parallelFor(jobs, sweeps_.size(), 1, [&](std::size_t k) { findCandidates(sweeps_[k]); });
+        findWays();
         for (int round = 0; round < mostRounds && !sweeps_.empty(); ++round) {
             parallelFor(jobs, sweeps_.size(), 1, [&](std::size_t k) { ask(sweeps_[k]); });
             if (!holdBack()) {
@@ -73,10 +89,8 @@ public:
     }
 
 private:
+    // As the solver moved it.
     Motion motionOf(ProxyId i) const {
-        if (const auto held = held_.find(i); held != held_.end()) {
-            return held->second.motion;
-        }
         const Body<S>& b = bodies_[i];
         const Posed from = before_[i].pose.template cast<double>();
         const Posed to = b.pose.template cast<double>();
@@ -118,20 +132,45 @@ private:
         std::sort(sweep.candidates.begin(), sweep.candidates.end());
     }
 
+    void findWays() {
+        wayOfBody_.assign(sweeps_.empty() ? 0 : bodies_.slotCount(), none);
+        for (const Sweep& sweep : sweeps_) {
+            addWay(sweep.body);
+            for (const ProxyId other : sweep.candidates) {
+                addWay(other);
+            }
+        }
+    }
+    void addWay(ProxyId i) {
+        if (wayOfBody_[i] == none) {
+            wayOfBody_[i] = ways_.size();
+            ways_.push_back({motionOf(i)});
+        }
+    }
+    const Way& way(ProxyId i) const { return ways_[wayOfBody_[i]]; }
+    Way& way(ProxyId i) { return ways_[wayOfBody_[i]]; }
+
     void ask(Sweep& sweep) const {
         sweep.meets = false;
         if (!sweep.isAsked) {
             return;
         }
-        const std::vector<Shape>& shapes = bodies_[sweep.body].def.shapes;
-        const Motion motion = motionOf(sweep.body);
+        const Body<S>& body = bodies_[sweep.body];
+        const Way& own = way(sweep.body);
         // What has contacts may get a little deeper in turning; what goes deeper than this may go through.
         ImpactSettings settings;
-        settings.gap = std::min(settings.gap, 0.5 * bodies_[sweep.body].innerRadius);
-        settings.slack = 0.25 * bodies_[sweep.body].innerRadius;
+        settings.gap = std::min(settings.gap, 0.5 * body.innerRadius);
+        settings.slack = 0.25 * body.innerRadius;
         sweep.fraction = 2;
         for (const ProxyId other : sweep.candidates) {
-            const auto impact = timeOfImpact(shapes, motion, bodies_[other].def.shapes, motionOf(other), settings);
+            const Way& theirs = way(other);
+            // Who did not meet when they were asked, and go the same way still, do not meet now.
+            if (!(sweep.asksAll || theirs.isNew) ||
+                !mayMeet(own.motion, body.radius, theirs.motion, bodies_[other].radius, 2 * settings.gap)) {
+                continue;
+            }
+            const auto impact =
+                timeOfImpact(body.def.shapes, own.motion, bodies_[other].def.shapes, theirs.motion, settings);
             if (impact && impact->fraction < sweep.fraction) {
                 sweep.meets = true;
                 sweep.fraction = impact->fraction;
@@ -139,6 +178,7 @@ private:
                 sweep.other = other;
             }
         }
+        sweep.asksAll = false;
     }
 
     // The bodies that joints hold together with each body, itself included; only asked for when something is held back.
@@ -181,19 +221,23 @@ private:
                 counts_.unresolved += sweep.isExact ? 0 : 1;
             }
         }
-        std::map<ProxyId, Held> placed;
+        std::map<ProxyId, Way> placed;
         for (const auto& [group, sweep] : first) {
             for (ProxyId i = 0; i < group_.size(); ++i) {
                 if (group_[i] == group && bodies_.used(i) && bodies_[i].isDynamic()) {
-                    placed[i] = {heldMotion(i, *sweep, first), keptOf(i) * sweep->fraction};
+                    addWay(i);
+                    placed[i] = {heldMotion(i, *sweep, first), way(i).kept * sweep->fraction, true};
                 }
             }
         }
+        for (Way& before : ways_) {
+            before.isNew = false;
+        }
         for (const auto& [i, held] : placed) {
-            counts_.heldBack += held_.count(i) == 0 ? 1 : 0;
+            counts_.heldBack += way(i).isHeld ? 0 : 1;
             Body<S>& b = bodies_[i];
-            fallLess(b, keptOf(i) - held.kept);
-            held_[i] = held;
+            fallLess(b, way(i).kept - held.kept);
+            way(i) = held;
             const Posed end = held.motion.at(1);
             b.pose.position = (end * held.motion.centre).template cast<S>();
             b.pose.rotation = end.rotation.template cast<S>().normalized();
@@ -202,15 +246,12 @@ private:
         for (Sweep& sweep : sweeps_) {
             sweep.isAsked = std::any_of(sweep.candidates.begin(), sweep.candidates.end(),
                                         [&](ProxyId i) { return placed.count(i) > 0; });
+            sweep.asksAll = sweep.asksAll || placed.count(sweep.body) > 0;
             any = any || sweep.isAsked;
         }
         return any;
     }
 
-    double keptOf(ProxyId i) const {
-        const auto found = held_.find(i);
-        return found == held_.end() ? 1.0 : found->second.kept;
-    }
     // What is held back loses the rest of its step, and of the speed that it fell into for the whole of it that share.
     // What something bears did not fall.
     void fallLess(Body<S>& b, double lost) const {
@@ -227,8 +268,8 @@ private:
     // Up to the meeting as it moved; from then on it is carried by what was met, or a wall that moves on would run over
     // it; two that are both held back just stop.
     Motion heldMotion(ProxyId i, const Sweep& sweep, const std::map<ProxyId, const Sweep*>& first) const {
-        Motion motion = motionOf(i);
-        const Motion other = motionOf(sweep.other);
+        Motion motion = way(i).motion;
+        const Motion& other = way(sweep.other).motion;
         motion.displacement *= sweep.fraction;
         motion.turn *= sweep.fraction;
         if (first.count(group_[sweep.other]) == 0) {
@@ -250,7 +291,9 @@ private:
     S dt_;
     std::vector<Sweep> sweeps_;
     std::vector<ProxyId> group_;  // by body: the lowest one of its group
-    std::map<ProxyId, Held> held_;
+    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+    std::vector<Way> ways_;
+    std::vector<std::size_t> wayOfBody_;  // `none` for who has no part in any sweep
     SweepCounts counts_;
 };
 

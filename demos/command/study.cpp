@@ -23,6 +23,7 @@ const std::vector<NamedStudy>& studies() {
         {"chain", "how far a hanging chain stretches, by sub-steps, iterations and options", studyChain},
         {"stacks", "how far stacks move, and at what cost", studyStacks},
         {"clusters", "error against cost by the size of a cluster: a wall, a heap, a net", studyClusters},
+        {"budgets", "what time the steps of the built-in scenes take of a budget, and their error", studyBudgets},
         {"extremes", "where each solver ends: masses, speeds, sizes, steps ... far out (auto; --full: all)",
          studyExtremes},
     };

@@ -36,6 +36,7 @@ StudyOutput studyEnergy(bool full, const Tell& tell);
 StudyOutput studyChain(bool full, const Tell& tell);
 StudyOutput studyStacks(bool full, const Tell& tell);
 StudyOutput studyClusters(bool full, const Tell& tell);
+StudyOutput studyBudgets(bool full, const Tell& tell);
 StudyOutput studyExtremes(bool full, const Tell& tell);
 
 }  // namespace cairn
