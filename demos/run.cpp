@@ -105,6 +105,7 @@ void SceneRun::step() {
     }
     if (report.effort >= 0) {
         r.efforts.push_back(report.effort);
+        r.mostWork.push_back(report.mostWork);
     }
 }
 

@@ -46,6 +46,7 @@ struct RunResult {
     std::int64_t rows = 0;                  // of islands, times their pieces: work that no clock distorts
     std::optional<double> residualCoulomb;  // sqrt(J), worst
     std::vector<int> efforts;               // of each step under a budget, for a replay; empty without
+    std::vector<double> mostWork;           // the same
     NarrowCounts narrow;
 
     double meanMs() const;  // of stepSeconds, ms

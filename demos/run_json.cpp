@@ -66,6 +66,7 @@ Json resultJson(const RunResult& r) {
                     {"narrow_repaired_failures", r.narrow.repairedFailures}};
     if (!r.efforts.empty()) {
         json["efforts"] = r.efforts;
+        json["most_work"] = r.mostWork;
     }
     json["flags"] = flagNames(r.flags);
     return json;

@@ -8,19 +8,24 @@
 namespace cairn {
 namespace {
 
-// What a rung costs more than the one below it, until measured.
-constexpr double rungRatio = 2;
-// s a unit of work of the default rung, until measured.
-constexpr double firstGuess = 5e-6;
-// Share of the time that a plan may fill: impacts come without warning.
-constexpr double fill = 0.7;
+// What a family costs more for a unit than the one before it, until measured.
+constexpr double familyRatio = 2;
+// s a unit at the default effort, until measured: impacts, not rest.
+constexpr double firstUnit = 5e-6;
+// s a visit of a row, until measured: of small rows with all that comes with them.
+constexpr double firstVisit = 3e-8;
+// Visits of which a solve must have done at least this many before it says what one costs: calls have a cost too.
+constexpr double tellingWork = 2000;
+// Share of the time that a plan may fill, and at which a step that takes more than planned is cut short.
+constexpr double fill = 0.8;
+constexpr double fillAtMost = 0.9;
 
 // An estimate that follows what grows at once, but no further than by this factor a step (a thread that waits for a
 // core says nothing of the work), and forgets the worst slowly: a heap in motion costs more in some steps than in
 // others.
 double follow(double known, double now) {
     constexpr double mostGrowth = 4;
-    constexpr double forgetting = 0.05;
+    constexpr double forgetting = 0.15;
     if (!(known > 0)) {
         return now;
     }
@@ -55,40 +60,63 @@ double BudgetKeeper::clock(int threads) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-double BudgetKeeper::cost(int rung) const {
-    for (int away = 0; away < effortCount; ++away) {
-        for (const int near : {rung - away, rung + away}) {
-            if (near >= 0 && near < effortCount && cost_[static_cast<std::size_t>(near)] > 0) {
-                return cost_[static_cast<std::size_t>(near)] * std::pow(rungRatio, rung - near);
+int BudgetKeeper::familyOf(int rung) {
+    return std::clamp(rung - firstAuto + 1, 0, familyCount - 1);
+}
+
+double BudgetKeeper::units(int rung, const BudgetLoad& load) {
+    if (rung < firstAuto) {
+        return (load.calm + load.moving) * (1 << rung);
+    }
+    return load.calm + load.moving * (1 << std::max(0, rung - defaultEffort));
+}
+
+double BudgetKeeper::unitCost(int family) const {
+    for (int away = 0; away < familyCount; ++away) {
+        for (const int near : {family - away, family + away}) {
+            if (near >= 0 && near < familyCount && families_[static_cast<std::size_t>(near)].unit > 0) {
+                return families_[static_cast<std::size_t>(near)].unit * std::pow(familyRatio, family - near);
             }
         }
     }
-    return firstGuess * std::pow(rungRatio, rung - defaultEffort);
+    return firstUnit * std::pow(familyRatio, family - (familyCount - 1));
 }
 
-int BudgetKeeper::choose(double seconds, double work) const {
+double BudgetKeeper::workCost(int family) const {
+    const double known = families_[static_cast<std::size_t>(family)].work;
+    return known > 0 ? known : firstVisit;
+}
+
+BudgetChoice BudgetKeeper::choose(double seconds, const BudgetLoad& load) const {
     int rung = effortCount - 1;
-    while (rung > 0 && rest_ + cost(rung) * work > fill * seconds) {
+    while (rung > 0 && rest_ + unitCost(familyOf(rung)) * units(rung, load) > fill * seconds) {
         --rung;
     }
-    return rung;
+    return {rung, std::max(1.0, (fillAtMost * seconds - rest_) / workCost(familyOf(rung)))};
 }
 
-void BudgetKeeper::learn(int rung, double work, double solve, double rest) {
-    rest_ = follow(rest_, rest);
-    if (!(work > 0)) {
+void BudgetKeeper::learn(int rung, const BudgetLoad& load, const BudgetUse& use) {
+    rest_ = follow(rest_, use.rest);
+    const double done = units(rung, load);
+    if (!(done > 0)) {
         return;
     }
-    const double now = solve / work;
-    for (int k = 0; k < effortCount; ++k) {
-        double& known = cost_[static_cast<std::size_t>(k)];
-        if (k == rung) {
+    constexpr double leftUndone = 2;
+    const double now = (use.cut ? leftUndone : 1) * use.solve / done;
+    const int own = familyOf(rung);
+    for (int k = 0; k < familyCount; ++k) {
+        double& known = families_[static_cast<std::size_t>(k)].unit;
+        if (k == own) {
             known = follow(known, now);
         } else if (known > 0) {
             // What was seen of other rungs loses its hold, so that a calmer scene is tried with more again.
             constexpr double doubt = 0.02;
-            known += doubt * (now * std::pow(rungRatio, k - rung) - known);
+            known += doubt * (now * std::pow(familyRatio, k - own) - known);
         }
+    }
+    if (use.work >= tellingWork) {
+        double& known = families_[static_cast<std::size_t>(own)].work;
+        known = follow(known, use.solve / use.work);
     }
 }
 

@@ -1,6 +1,10 @@
 #pragma once
-// A time budget: how much effort the next step can afford. The one place where a clock has a say; what it chose is
-// reported (StepReport::effort), and AccuracyDef::effort takes the same again.
+// A time budget: how much effort the next step can afford, and where it must end. The one place where a clock has a
+// say; what it chose is reported (StepReport::effort, mostWork), and AccuracyDef takes the same again.
+//
+// The plan is made by what a row has cost lately, which says nothing of the step in which a heap lands: that one may
+// take three times the rounds of the one before. So each step also gets a bound in counted work, which solvers obey
+// without a clock.
 #include <cairn/engine/defs.hpp>
 
 #include <array>
@@ -20,23 +24,52 @@ inline constexpr int defaultEffort = 6;  // what a world does of which nothing i
 // to pieces with contacts found anew. `base`: the user's own numbers, which stay.
 Effort effortAt(int rung, const SolverDef& base);
 
+// Rows and bodies of the awake islands: of those that are solved in one piece whatever the effort, and of the others.
+struct BudgetLoad {
+    double calm = 0;
+    double moving = 0;
+};
+
+struct BudgetChoice {
+    int effort = 0;
+    double mostWork = 0;  // AccuracyDef::mostWork
+};
+
+// What a step took.
+struct BudgetUse {
+    double work = 0;   // as SolveReport counts it
+    bool cut = false;  // mostWork left something undone: it would have taken more
+    double solve = 0;  // s
+    double rest = 0;   // s, of what is not the solve
+};
+
 // Learns what a step costs, and picks the rung for the next.
 class BudgetKeeper {
 public:
-    // The highest rung that is expected to keep the whole step, with a solve of so much work (rows and bodies of awake
-    // islands), within `seconds`.
-    int choose(double seconds, double work) const;
-    // What the solve took at a rung, and what the rest of the step took, s.
-    void learn(int rung, double work, double solve, double rest);
+    // The highest rung that is expected to keep the whole step within `seconds`.
+    BudgetChoice choose(double seconds, const BudgetLoad& load) const;
+    void learn(int rung, const BudgetLoad& load, const BudgetUse& use);
 
     // A clock for learn(), s: of the calling thread's own work where one thread does it all (what other programs take
     // from it cannot be planned), else of the wall.
     static double clock(int threads);
 
 private:
-    double cost(int rung) const;  // s a unit of work
+    // Rungs that cost alike for each row, body and piece: sweeps, `auto` by the islands that it solves exactly, pieces.
+    static constexpr int firstAuto = 3;
+    static constexpr int familyCount = defaultEffort - firstAuto + 2;
+    static int familyOf(int rung);
+    // By how much more a rung does than to visit each row once.
+    static double units(int rung, const BudgetLoad& load);
 
-    std::array<double, effortCount> cost_{};  // 0: never tried
+    struct Family {
+        double unit = 0;  // s a unit; 0: never tried
+        double work = 0;  // s of the solve for each visit of a row that it counts; 0: never tried
+    };
+    double unitCost(int family) const;
+    double workCost(int family) const;
+
+    std::array<Family, familyCount> families_{};
     double rest_ = 0;
 };
 

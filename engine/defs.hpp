@@ -133,10 +133,13 @@ struct AccuracyDef {
     double velocity = 0;   // m/s: StepError::velocity
     int mostPieces = 32;   // of a step, each with contacts found anew; a power of two
     bool coulomb = false;  // whether residualCoulomb is computed
-    // s a step, `auto` alone: the best that fits. Clocks differ from run to run; StepReport::effort says what was
-    // chosen.
+    // s a step, `auto` alone: the best that fits. Clocks differ from run to run; StepReport::effort and mostWork say
+    // what was chosen.
     double budget = 0;
-    int effort = -1;  // that choice made anew, 0 to 11, in place of the clock; -1: none
+    // That choice made anew, in place of the clock. Either may be given by itself.
+    int effort = -1;  // 0 to 11; -1: none
+    double mostWork =
+        0;  // of a step, as StepCounts::work counts it: solves that would take more are cut short; 0: none
 };
 
 struct WorldDef {

@@ -34,6 +34,7 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     factorisations += o.factorisations;
     rows = std::max(rows, o.rows);
     work += o.work;
+    cut = cut || o.cut;
     unconverged = unconverged || o.unconverged;
     tooLong = tooLong || o.tooLong;
     residual = std::max(residual, o.residual);

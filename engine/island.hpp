@@ -79,7 +79,8 @@ struct SolveReport {
     int newtonRounds = 0;
     int factorisations = 0;
     int rows = 0;
-    double work = 0;  // RowProblem::work()
+    double work = 0;   // RowProblem::work()
+    bool cut = false;  // Island::mostWork left something undone
     bool unconverged = false;
     // A refused sub-step has changed nothing but the bodies, which must be put back.
     bool tooLong = false;         // refused: shorter sub-steps are needed
@@ -141,6 +142,8 @@ struct Island {
         int backoff = 0;                // auto: steps that sweeps take over for when `direct` fails next
         int sweepSteps = 0;             // auto: of those, still to come
         double position = 0;            // m, IslandError::position of the last step
+        double work = 0;                // SolveReport::work of the last step
+        double directWork = 0;          // auto: what `direct` took lately, or would have; less from step to step
         int level = 0;                  // of refinement (refine.hpp), because the error asked for needed it
         int calmSteps = 0;              // in which one level less would have done
         std::shared_ptr<Memory> inner;  // of the part that asks for a tolerance of its own
@@ -154,6 +157,9 @@ struct Island {
     bool sweeps = false;             // auto: this step belongs to sweeps
     bool mayHalveOnFailure = false;  // auto: an unsolved contact problem is worth shorter sub-steps
     int roundCap = 0;  // auto: the most Newton rounds that this island's bound pays for; 0: no cap but the solver's own
+    // Of the step, as SolveReport::work counts it; while a solver advances it, of the sub-step. What does not fit in is
+    // left undone, but for the least that gives an answer.
+    double mostWork = std::numeric_limits<double>::infinity();
 
     // As it was made, but for room that it need not ask for again.
     void clear();

@@ -5,11 +5,14 @@
 namespace cairn {
 namespace {
 
-// A solver may refuse a sub-step. One too long for the motion is halved, at most `mostHalvings` times; what was needed
-// is remembered, and one halving fewer tried in the next step. Gives the length of the last sub-step.
+// A solver may refuse a sub-step. One too long for the motion is halved, at most `mostHalvings` times, while most of
+// the work that is allowed is still ahead; what was needed is remembered, and one halving fewer tried in the next step.
+// Gives the length of the last sub-step.
 template <class S>
-S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
+S advance(Island<S>& island, Solver<S>& solver, S dt, double mostWork, SolveReport& total) {
     constexpr int mostHalvings = 5;
+    constexpr double shareToRefuse = 0.25;
+    island.mostWork = mostWork;
     const std::vector<SolverBody<S>>& start = island.atStep;
     island.atStep = island.bodies;
     int& halvings = island.memory.halvings;
@@ -24,19 +27,22 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
             island.atSubstep = island.bodies;
         }
         island.isLast = left == 1;
-        island.mayRefuse = halvings < mostHalvings;
+        island.mayRefuse = halvings < mostHalvings && sum.work <= shareToRefuse * mostWork;
+        island.mostWork = (mostWork - sum.work) / left;
         SolveReport one = solver.advance(island, h);
         if (one.refused()) {
             const bool anew = one.restart;
             SolveReport cost;
             cost.newtonRounds = sum.newtonRounds * (anew ? 1 : 0) + one.newtonRounds;
             cost.factorisations = sum.factorisations * (anew ? 1 : 0) + one.factorisations;
+            cost.work = (anew ? sum.work : 0) + one.work;
             if (anew) {
                 island.bodies = start;
                 ledger = Ledger<S>(island);
                 first = true;
                 sum = cost;
                 halvings = 0;
+                island.mostWork = mostWork - sum.work;
                 left = solver.substeps(island, dt);
                 h = dt / static_cast<S>(left);
             } else {
@@ -61,18 +67,34 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, SolveReport& total) {
 template <class S>
 void attempt(Island<S>& island, Solver<S>& solver, S dt, int pieces, const SolveRequest& request, Solution& solution,
              IslandError* own) {
-    const S piece = dt / static_cast<S>(pieces);
-    const ContactReach reach{request.contactMargin, static_cast<double>(piece), request.stillDistance};
+    // Most pieces are alike; the one in which something lands takes several times its share, and is worth that: fewer
+    // pieces come after it.
+    constexpr double mostOfOne = 0.5;
+    S piece = dt / static_cast<S>(pieces);
     SolveReport report;
+    const double allowed = solution.mostWork - solution.report.work;
     S h = piece;
-    for (int k = 0; k < pieces; ++k) {
-        if (k > 0) {
-            island.detect(reach, solution.narrow);
+    solution.pieces = 0;
+    for (int left = pieces; left > 0;) {
+        if (solution.pieces > 0) {
+            island.detect({request.contactMargin, static_cast<double>(piece), request.stillDistance}, solution.narrow);
         }
-        h = advance(island, solver, piece, report);
+        const double before = report.work;
+        const double remaining = allowed - before;
+        h = advance(island, solver, piece, std::max(mostOfOne, 1.0 / left) * remaining, report);
+        ++solution.pieces;
+        --left;
+        const double affordable = (allowed - report.work) / (report.work - before);
+        if (left > 0 && affordable < left) {
+            const int fewer = std::max(1, static_cast<int>(affordable));
+            piece *= static_cast<S>(left) / static_cast<S>(fewer);
+            left = fewer;
+            report.cut = true;
+        }
     }
     report.newtonRounds += solution.report.newtonRounds;
     report.factorisations += solution.report.factorisations;
+    report.work += solution.report.work;
     solution.report = report;
     solution.error = measureIsland(island, h, dt, request.accuracy, own);
 }
@@ -80,8 +102,6 @@ void attempt(Island<S>& island, Solver<S>& solver, S dt, int pieces, const Solve
 constexpr int calmSteps = 8;
 // Half as many pieces err two to eight times as much; a share that spares most vain tries.
 constexpr double calmShare = 0.2;
-// m: an island that erred less in the last step gains nothing from more effort.
-constexpr double goodEnough = 1e-5;
 
 bool isAsked(const AccuracyDef& accuracy, double bodyTolerance) {
     return accuracy.position > 0 || accuracy.velocity > 0 || bodyTolerance > 0;
@@ -139,6 +159,7 @@ bool refineInner(Island<S>& island, const Checkpoint<S>& start, Solver<S>& solve
 template <class S>
 Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request) {
     Solution solution;
+    solution.mostWork = island.mostWork;
     auto& memory = island.memory;
     double bodyTolerance = 0;
     bool others = false;
@@ -147,29 +168,30 @@ Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequ
         others = others || (!body.fixed && body.tolerance == 0);
     }
     if (!isAsked(request.accuracy, bodyTolerance)) {
-        solution.pieces = memory.position < goodEnough ? 1 : request.pieces;
-        attempt(island, solver, dt, solution.pieces, request, solution, nullptr);
+        attempt(island, solver, dt, isCalm(island) ? 1 : request.pieces, request, solution, nullptr);
         memory.position = solution.error.position;
         return solution;
     }
     const Checkpoint<S> start(island);
-    solution.pieces = 1 << memory.level;
+    int pieces = 1 << memory.level;
     IslandError own;
     island.marksBorder = bodyTolerance > 0 && others;
     IslandError* const apart = island.marksBorder ? &own : nullptr;
     for (;;) {
         own = {};
-        attempt(island, solver, dt, solution.pieces, request, solution, apart);
+        const double before = solution.report.work;
+        attempt(island, solver, dt, pieces, request, solution, apart);
         lookAgain(island, dt, request, solution, apart);
         bool reached = !(solution.error.over > 1);
         if (reached && own.over > 1) {
             reached = refineInner(island, start, solver, dt, request, solution, own);
         }
-        if (reached || 2 * solution.pieces > request.accuracy.mostPieces) {
+        const double ahead = 2 * (solution.report.work - before);
+        if (reached || 2 * pieces > request.accuracy.mostPieces || solution.report.work + ahead > solution.mostWork) {
             break;
         }
         start.restore(island);
-        solution.pieces *= 2;
+        pieces *= 2;
         ++solution.attempts;
         ++memory.level;
         memory.calmSteps = 0;

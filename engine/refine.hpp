@@ -12,7 +12,8 @@ namespace cairn {
 struct Solution {
     SolveReport report;
     IslandError error;
-    NarrowCounts narrow;  // of contacts found within the step
+    NarrowCounts narrow;                                        // of contacts found within the step
+    double mostWork = std::numeric_limits<double>::infinity();  // that the report may count
     int pieces = 1;
     int ownPieces = 0;  // of the bodies with a tolerance of their own, where they were solved again by themselves
     int attempts = 1;
@@ -24,6 +25,13 @@ struct SolveRequest {
     double stillDistance = 0;  // m
     int pieces = 1;            // where no tolerance is asked: of islands whose error is worth it
 };
+
+// Whether the island erred so little in the last step that it is solved in one piece where no tolerance is asked.
+template <class S>
+bool isCalm(const Island<S>& island) {
+    constexpr double goodEnough = 1e-5;  // m
+    return island.memory.position < goodEnough;
+}
 
 // Moves the island by dt. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance
 // is answered by doing the step again in twice as many pieces. The island remembers how many it needed; after some calm

@@ -52,6 +52,7 @@ struct StepCounts {
     int newtonRounds = 0;      // summed over islands
     int factorisations = 0;    // of H
     double work = 0;           // visits of rows in solvers; a multiply-add of 6x6 blocks counts as nine
+    int cut = 0;               // islands whose solution AccuracyDef::mostWork, or a budget, cut short
     int unconverged = 0;       // islands left above tolerance, or sinking
     int energetic = 0;         // islands that gained energy from nothing
     int attempts = 0;          // solutions of islands; more than `islands` where AccuracyDef asked for better ones
@@ -89,7 +90,7 @@ struct StepReport {
     double potentialEnergy = 0;  // J, of gravity, after the step
     std::uint32_t flags = 0;     // StepFlag bits
     int effort = -1;             // that a budget allowed (AccuracyDef::effort); -1: no budget
-    double work = 0;             // what a budget plans by: rows and bodies of awake islands, counted before the solve
+    double mostWork = 0;         // the bound that a budget set (AccuracyDef::mostWork); 0: none
     StepError error;
     StepCounts counts;
     StepTimes times;

@@ -51,7 +51,8 @@ void World<S>::Impl::requireAccuracy(const AccuracyDef& accuracy) const {
             "give 1 to 1024");
     require(accuracy.effort >= -1 && accuracy.effort < effortCount, "effort", accuracy.effort,
             "give 0 (cheapest) to 11, or -1 for none");
-    if ((accuracy.budget > 0 || accuracy.effort >= 0) && def.solver.name != "auto") {
+    require(amount(accuracy.mostWork), "mostWork", accuracy.mostWork, "give visits of rows a step, or 0 for none");
+    if ((accuracy.budget > 0 || accuracy.effort >= 0 || accuracy.mostWork > 0) && def.solver.name != "auto") {
         throw InputError("accuracy.budget", "with the solver \"" + def.solver.name + "\"",
                          "use the solver auto, which may change what it does, or ask for no budget");
     }

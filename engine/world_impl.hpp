@@ -15,6 +15,7 @@ struct World<S>::Impl {
     std::unique_ptr<Solver<S>> solver;
     std::array<std::unique_ptr<Solver<S>>, effortCount> efforts;  // of a budget, made when first chosen
     BudgetKeeper budget;
+    BudgetLoad load;          // of this step
     double solveSeconds = 0;  // of this step, by the budget's clock
     BodyTable<S> bodies;
     JointTable<S> joints;
@@ -96,6 +97,10 @@ private:
         int touching = 0;
     };
     void solveIslands(S dt);
+    // What a budget plans by, of one island: its rows and bodies.
+    static double loadOf(const Island<S>& island);
+    // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
+    void shareWork();
     void record(const Island<S>& island, const Solution& solution, Totals& totals);
     void countAndClose(const Totals& totals);
     bool accuracyAsked() const;

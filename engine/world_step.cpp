@@ -41,7 +41,11 @@ void World<S>::Impl::step(S dt) {
     const double start = budgetClock();
     move(dt);
     if (report.effort >= 0) {
-        budget.learn(report.effort, report.work, solveSeconds, budgetClock() - start - solveSeconds);
+        budget.learn(report.effort, load,
+                     {.work = report.counts.work,
+                      .cut = report.counts.cut > 0,
+                      .solve = solveSeconds,
+                      .rest = budgetClock() - start - solveSeconds});
     }
 }
 
@@ -183,20 +187,53 @@ void World<S>::Impl::restoreNonFinite(const Island<S>& island) {
 }
 
 template <class S>
+double World<S>::Impl::loadOf(const Island<S>& island) {
+    double load = static_cast<double>(island.bodies.size() + 3 * island.joints.size());
+    for (const auto& link : island.patches) {
+        load += 3 * link.patch->manifold.count;
+    }
+    return load;
+}
+
+template <class S>
+void World<S>::Impl::shareWork() {
+    if (report.mostWork == 0) {
+        return;
+    }
+    std::vector<Island<S>>& awake = islands.awake();
+    double rowsOfAll = 0;
+    double workOfAll = 0;
+    for (const Island<S>& island : awake) {
+        rowsOfAll += loadOf(island);
+        workOfAll += island.memory.work;
+    }
+    for (Island<S>& island : awake) {
+        double share = loadOf(island) / rowsOfAll;
+        if (workOfAll > 0) {
+            share = 0.5 * (share + island.memory.work / workOfAll);
+        }
+        island.mostWork = share * report.mostWork;
+    }
+}
+
+template <class S>
 void World<S>::Impl::solveIslands(S dt) {
     std::vector<Island<S>>& awake = islands.awake();
     solved.resize(awake.size());
     SolveRequest request{def.accuracy, def.contactMargin, def.stillDistance, 1};
     Solver<S>* by = solver.get();
+    report.mostWork = def.accuracy.mostWork;
+    load = {};
     if (hasEffort()) {
         for (const Island<S>& island : awake) {
-            report.work += static_cast<double>(island.bodies.size() + 3 * island.joints.size());
-            for (const auto& link : island.patches) {
-                report.work += 3 * link.patch->manifold.count;
-            }
+            (isCalm(island) ? load.calm : load.moving) += loadOf(island);
         }
-        report.effort =
-            def.accuracy.effort >= 0 ? def.accuracy.effort : budget.choose(def.accuracy.budget, report.work);
+        BudgetChoice choice{def.accuracy.effort, def.accuracy.mostWork};
+        if (choice.effort < 0) {
+            choice = budget.choose(def.accuracy.budget, load);
+        }
+        report.effort = choice.effort;
+        report.mostWork = choice.mostWork;
         const Effort effort = effortAt(report.effort, def.solver);
         std::unique_ptr<Solver<S>>& made = efforts[static_cast<std::size_t>(report.effort)];
         if (!made) {
@@ -208,7 +245,11 @@ void World<S>::Impl::solveIslands(S dt) {
         request.pieces = effort.pieces;
         request.accuracy.mostPieces = std::min(request.accuracy.mostPieces, effort.pieces);
     }
-    parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) { solved[k] = solveIsland(awake[k], *by, dt, request); });
+    shareWork();
+    parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) {
+        solved[k] = solveIsland(awake[k], *by, dt, request);
+        awake[k].memory.work = solved[k].report.work;
+    });
 }
 
 template <class S>
@@ -222,6 +263,7 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution, T
     counts.newtonRounds += s.newtonRounds;
     counts.factorisations += s.factorisations;
     counts.work += s.work;
+    counts.cut += s.cut ? 1 : 0;
     // Sweeps that are too few for the masses let bodies into each other, step after step, and say nothing.
     constexpr double mostSunk = 0.002;  // m a step
     constexpr double shareGained = 0.01;

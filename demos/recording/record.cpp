@@ -115,6 +115,7 @@ RecordedStep recordedStep(const Scene& scene, const Simulation& simulation) {
                          .jointGap = orInfinity(report.error.maxJointGap),
                          .flags = report.flags,
                          .effort = report.effort,
+                         .mostWork = report.mostWork,
                          .contacts = report.counts.contacts,
                          .awake = report.counts.awake};
     findWorst(simulation, scene, step);

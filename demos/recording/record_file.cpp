@@ -115,6 +115,7 @@ Json stepsJson(const std::vector<RecordedStep>& steps) {
                  {"widest", listOf(steps, [](Step s) { return s.widest; })}};
     if (!steps.empty() && steps.front().effort >= 0) {
         json["effort"] = listOf(steps, [](Step s) { return s.effort; });
+        json["most_work"] = listOf(steps, [](Step s) { return s.mostWork; });
     }
     return json;
 }
@@ -143,8 +144,10 @@ std::vector<RecordedStep> readSteps(const Place& place, int bodies, int joints) 
     }
     if (place.json().contains("effort")) {
         const Place efforts = list("effort");
+        const Place mostWork = list("most_work");
         for (std::size_t i = 0; i < steps.size(); ++i) {
             steps[i].effort = efforts.at(i).whole(0, 11);
+            steps[i].mostWork = mostWork.at(i).number();
         }
     }
     return steps;

@@ -94,6 +94,7 @@ ReplayResult replay(const Recording& recording, int threads, int steps, const st
         if (was.effort >= 0) {
             AccuracyDef accuracy = scene.world.accuracy;
             accuracy.effort = was.effort;
+            accuracy.mostWork = was.mostWork;
             run.simulation().setAccuracy(accuracy);
         }
         run.step();

@@ -14,6 +14,12 @@ constexpr double defaultDirectWork = 3e5;
 // What the sub-stepped sweeps of one row cost in a step, in block multiply-adds (a wall of 5050 boxes: 60,000 rows, 300
 // ms): where the sweeps are no cheaper, `direct` takes the island whatever its size.
 constexpr double sweptRow = 50;
+// Visits of a row in a sub-step of the sweeps.
+constexpr double sweptVisits = 3;
+// Of the work that `direct` took, what is still expected a step later; and by how much more is guessed of one that was
+// cut short.
+constexpr double forgetting = 0.9;
+constexpr double leftUndone = 2;
 constexpr int longestBackoff = 16;
 // Rounds that an island always gets: the first step of a wall at rest takes about ten, once.
 constexpr int fewestRounds = 8;
@@ -41,13 +47,23 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
     const auto cost = direct_->predictCost(island);
     const double sweepWork = sweptRow * cost.rows;
     island.churns = cost.step > cost.factor;
-    island.sweeps = memory.sweepSteps > 0 || cost.step > std::max(bound, sweepWork);
+    // A factor is taken only where it can be afforded, and its rounds where those of late could.
+    constexpr double round = 9;  // visits of a row, of a block multiply-add
+    memory.directWork *= forgetting;
+    const double ahead = std::max(round * cost.factor, memory.directWork);
+    const bool isTooDear = ahead > island.mostWork;
+    island.sweeps = memory.sweepSteps > 0 || cost.step > std::max(bound, sweepWork) || isTooDear;
     island.roundCap = std::max(island.churns ? fewestRounds : fewestRoundsAtRest,
                                static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
     // Sweeps leave joints open by millimetres: those are worth shorter sub-steps first.
     island.mayHalveOnFailure = !island.joints.empty();
     memory.sweepSteps = std::max(0, memory.sweepSteps - 1);
-    return island.sweeps ? sweeper(island).substeps(island, dt) : direct_->substeps(island, dt);
+    if (!island.sweeps) {
+        return direct_->substeps(island, dt);
+    }
+    const double affordable = island.mostWork / std::max(1.0, sweptVisits * cost.rows);
+    const int wanted = sweeper(island).substeps(island, dt);
+    return affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
 }
 
 template <class S>
@@ -62,6 +78,7 @@ SolveReport Auto<S>::advance(Island<S>& island, S h) {
     island.mayRestart = true;
     SolveReport report = direct_->advance(island, h);
     auto& memory = island.memory;
+    memory.directWork = std::max(memory.directWork, (report.cut ? leftUndone : 1) * report.work);
     if (report.tooLong && island.mayRefuse && (!report.newtonFailed || island.mayHalveOnFailure)) {
         return report;
     }

@@ -35,8 +35,11 @@ constexpr double slowSpeed = 6e-3;
 constexpr double movingSpeed = 0.05;
 // Passes of the projection, each about the poses that the last one left.
 constexpr int projectionPasses = 3;
+// Rounds without which Newton is not begun.
+constexpr int fewestRounds = 2;
 // Sweeps that Gauss-Seidel gets where Newton has not converged.
 constexpr int polishSweeps = 20;
+constexpr int fewestPolishSweeps = 3;  // where a bound on work leaves no room for more
 
 // Surfaces this close (m) touch: no bias within. The corners of a box are one too many for a plane; without the band
 // their last nanometres would decide which of them bear the load. In float the last digits of a position are a
@@ -188,6 +191,18 @@ bool swingsLittle(const Island<double>& island, const ContactNewton<double>& new
         }
     }
     return true;
+}
+
+// Rounds of Newton that the sub-step's bound on work still pays for after what has been spent, with what a little
+// polishing takes kept back.
+template <class S>
+int affordableRounds(const Island<S>& island, const ContactNewton<double>& newton, double spent) {
+    constexpr double most = 1e6;
+    constexpr double visits = 4;  // of each row in a round, beside the factor
+    const double rows = static_cast<double>(island.rows.size());
+    const double kept = 2 * fewestPolishSweeps * rows;
+    const double rounds = (island.mostWork - spent - kept) / (9 * newton.work() + visits * rows + 1);
+    return static_cast<int>(std::clamp(rounds, 0.0, most));
 }
 
 // The base tolerance holds for what rests. What moves at a speed v is solved to a share of v: a ten-thousandth of it is
@@ -383,7 +398,10 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     const double hWide = static_cast<double>(h);
     newton.prepare(wide, settings_.def.linearSolver);
     fillProblem(wide, newton, settings_, touchBand<S>, jointsAlone ? slowSpeed : smallError / hWide, hWide);
-    const NewtonOptions options = optionsFor(island, settings_, newton.work());
+    NewtonOptions options = optionsFor(island, settings_, newton.work());
+    const int affordable = std::max(fewestRounds, affordableRounds(island, newton, report.work));
+    const bool isBounded = affordable < options.maxRounds;
+    options.maxRounds = std::min(options.maxRounds, affordable);
     NewtonReport solved = solve(newton, wide, options, report);
     // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
@@ -394,12 +412,16 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(island, options, h, report));
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
-    if (solved.converged ? !closed && island.mayRefuse : island.mayRefuse || island.mayRestart) {
+    report.cut = report.cut || (isBounded && !solved.converged);
+    // What was cut short would not fare better in shorter sub-steps of the same work.
+    if (solved.converged ? !closed && island.mayRefuse : !report.cut && (island.mayRefuse || island.mayRestart)) {
         report.tooLong = true;
         return report;
     }
     if (!solved.converged) {
-        solved.residual = newton.polish(wide, polishSweeps);
+        const double sweeps = (island.mostWork - report.work) / (2 * static_cast<double>(island.rows.size()));
+        solved.residual =
+            newton.polish(wide, static_cast<int>(std::clamp<double>(sweeps, fewestPolishSweeps, polishSweeps)));
     }
     report.residual = solved.residual;
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
@@ -485,6 +507,11 @@ bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S
         if (worst <= tolerance) {
             return true;
         }
+        onwards.maxRounds = std::min(options.maxRounds, affordableRounds(island, newton, report.work));
+        if (onwards.maxRounds == 0) {
+            report.cut = true;
+            break;
+        }
         const NewtonReport again = solve(newton, wide, onwards, report);
         if (!again.converged) {
             break;
@@ -513,6 +540,11 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
             break;
         }
         before = worst;
+        options.maxRounds = std::min(options.maxRounds, affordableRounds(island, newton, report.work));
+        if (options.maxRounds < fewestRounds) {
+            report.cut = true;
+            break;
+        }
         if (rows.empty()) {
             rows = island.rows;
             responses = island.responses;

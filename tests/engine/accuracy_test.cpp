@@ -233,21 +233,22 @@ TEST(Accuracy, WhatCannotBeReachedIsFlagged) {
 }
 
 TEST(Accuracy, EffortsTakenAgainGiveTheSameBits) {
-    std::vector<int> efforts;
+    std::vector<BudgetChoice> choices;
     std::vector<Posed> end;
     {
         Worldd world({.accuracy = {.budget = 1e-3}});
         addHeap(world, 8);
         for (int i = 0; i < 60; ++i) {
-            efforts.push_back(world.step(dt).effort);
+            const StepReport& report = world.step(dt);
+            choices.push_back({report.effort, report.mostWork});
         }
         end = poses(world);
     }
     Worldd again;
     addHeap(again, 8);
-    for (const int effort : efforts) {
-        again.setAccuracy({.effort = effort});
-        EXPECT_EQ(again.step(dt).effort, effort);
+    for (const BudgetChoice& choice : choices) {
+        again.setAccuracy({.effort = choice.effort, .mostWork = choice.mostWork});
+        EXPECT_EQ(again.step(dt).effort, choice.effort);
     }
     EXPECT_TRUE(equalBits(poses(again), end));
 }
@@ -270,17 +271,21 @@ TEST(Accuracy, MoreEffortErrsLess) {
 
 TEST(Accuracy, BudgetPicksTheHighestRungThatFits) {
     BudgetKeeper keeper;
-    const auto cost = [](int rung) { return 1e-7 * std::pow(1.7, rung); };  // s a unit of work
-    const double work = 3000;
+    const auto cost = [](int rung) { return 3e-4 * std::pow(1.7, rung); };  // s of a solve
+    const BudgetLoad load{.moving = 3000};
+    constexpr double visit = 5e-8;  // s a counted visit
     const double rest = 1e-3;
-    int rung = 0;
+    BudgetChoice choice;
     for (int step = 0; step < 400; ++step) {
-        rung = keeper.choose(0.01, work);
-        keeper.learn(rung, work, cost(rung) * work, rest);
-        EXPECT_LE(rest + cost(rung) * work, 0.01);
+        choice = keeper.choose(0.01, load);
+        const double solve = cost(choice.effort);
+        keeper.learn(choice.effort, load, {.work = solve / visit, .solve = solve, .rest = rest});
+        EXPECT_LE(rest + cost(choice.effort), 0.01);
     }
-    EXPECT_GE(rest + cost(rung + 2) * work, 0.7 * 0.01);
-    EXPECT_EQ(keeper.choose(0, work), 0);
+    EXPECT_GE(rest + cost(choice.effort + 2), 0.7 * 0.01);
+    EXPECT_LE(rest + choice.mostWork * visit, 0.01);
+    EXPECT_GE(rest + choice.mostWork * visit, 0.8 * 0.01);
+    EXPECT_EQ(keeper.choose(0, load).effort, 0);
 }
 
 TEST(Accuracy, BadRequestsAreRefusedByName) {
