@@ -33,7 +33,8 @@ struct SolverBody {
     Vec3<S> stiffening = Vec3<S>::Zero();    // kg m2, of the diagonal of `inertia`: geometric stiffness, no mass
     Vec6<S> vBefore = Vec6<S>::Zero();       // twist at the start of the sub-step
     Vec6<S> outside = Vec6<S>::Zero();       // N s, N m s: what forces, damping and impacts gave it in this sub-step
-    S unexplained = 0;     // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows explain
+    S unexplained = -1;    // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows explain;
+                           // -1: not looked at in this step
     double tolerance = 0;  // m, BodyDef::tolerance
     Vec6<S> handed = Vec6<S>::Zero();  // N s, N m s, in the step so far: from inner bodies, where marksBorder
     // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
@@ -137,13 +138,20 @@ struct Island {
 
     // What is kept from step to step of how the island was solved.
     struct Memory {
-        std::any solver;                // orders and patterns: for speed alone, never part of the answer
-        int halvings = 0;               // of the sub-step, because one was refused
-        int backoff = 0;                // auto: steps that sweeps take over for when `direct` fails next
-        int sweepSteps = 0;             // auto: of those, still to come
-        double position = 0;            // m, IslandError::position of the last step
-        double work = 0;                // SolveReport::work of the last step
-        double directWork = 0;          // auto: what `direct` took lately, or would have; less from step to step
+        std::any solver;        // orders and patterns: for speed alone, never part of the answer
+        int halvings = 0;       // of the sub-step, because one was refused
+        int backoff = 0;        // auto: steps that sweeps take over for when `direct` fails next
+        int sweepSteps = 0;     // auto: of those, still to come
+        double position = 0;    // m, IslandError::position of the last step
+        double work = 0;        // SolveReport::work of the last step
+        double directWork = 0;  // auto: what `direct` took lately, or would have; less from step to step
+        struct Balance {
+            std::size_t blocks = static_cast<std::size_t>(-1);
+            int age = 0;                // steps
+            S force = 0;                // N, what rows carried, added up
+            double residual = 0;        // SolveReport::residualMomentum
+            double defect = 0;          // SolveReport::momentumDefect
+        } balance;                      // of momentum, as last drawn (ledger.hpp)
         int level = 0;                  // of refinement (refine.hpp), because the error asked for needed it
         int calmSteps = 0;              // in which one level less would have done
         std::shared_ptr<Memory> inner;  // of the part that asks for a tolerance of its own

@@ -66,7 +66,7 @@ S workedOver(const Island<S>& island, const Row<S>& row, const RowBlock<S>& bloc
 }  // namespace
 
 template <class S>
-Ledger<S>::Ledger(const Island<S>& island) {
+Ledger<S>::Ledger(const Island<S>& island, bool balances) : balances_(balances) {
     momentum_.reserve(island.bodies.size());
     for (const SolverBody<S>& body : island.bodies) {
         S twiceEnergy = 0;
@@ -76,7 +76,31 @@ Ledger<S>::Ledger(const Island<S>& island) {
 }
 
 template <class S>
-void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report) {
+bool Ledger<S>::isDue(const Island<S>& island) {
+    constexpr int period = 8;
+    if (!balances_) {
+        return true;
+    }
+    const auto& last = island.memory.balance;
+    if (isFirst_) {
+        isDrawn_ = last.blocks != island.blocks.size() || last.age >= period - 1;
+    }
+    return isDrawn_ && (isFirst_ || island.isLast);
+}
+
+template <class S>
+void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
+    auto& last = island.memory.balance;
+    const bool balance = isDue(island);
+    if (isFirst_ && isDrawn_) {
+        last = {};
+        last.blocks = island.blocks.size();
+    } else if (isFirst_) {
+        ++last.age;
+        report.residualMomentum = std::max(report.residualMomentum, last.residual);
+        report.momentumDefect += last.defect;
+    }
+    isFirst_ = false;
     S explained = 0;
     S after = 0;          // J
     S weight = 0;         // N
@@ -105,7 +129,7 @@ void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report)
         // Together, what the rows gave cancels, but for what came from fixed bodies.
         defect += unexplained[i].template head<3>();
     }
-    S force = balance ? S(0) : force_;
+    S force = balance ? S(0) : last.force;
     // Contacts add no energy, unless what moves by itself takes part.
     const bool asksContacts = balance || drives || island.marksBorder;
     const std::size_t blocks = asksContacts ? island.blocks.size() : static_cast<std::size_t>(island.jointBlocks);
@@ -153,10 +177,10 @@ void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report)
             }
         }
     }
-    force_ = force;
+    last.force = force;
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
     // nothing.
-    const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * h * force_;
+    const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * h * force;
     report.energyGained += std::max(0.0, static_cast<double>(gained));
     report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * weight);
     kineticEnergy_ = after;
@@ -173,8 +197,12 @@ void Ledger<S>::close(Island<S>& island, S h, bool balance, SolveReport& report)
         body.unexplained = std::max(body.unexplained, std::sqrt(own));
         squared += own;
     }
-    report.momentumDefect += static_cast<double>(defect.norm());
-    report.residualMomentum = std::max(report.residualMomentum, static_cast<double>(std::sqrt(squared)));
+    const double whole = static_cast<double>(defect.norm());
+    const double residual = static_cast<double>(std::sqrt(squared));
+    last.defect += whole;
+    last.residual = std::max(last.residual, residual);
+    report.momentumDefect += whole;
+    report.residualMomentum = std::max(report.residualMomentum, residual);
 }
 
 template class Ledger<float>;

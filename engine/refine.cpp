@@ -20,7 +20,7 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, double mostWork, SolveRepo
     int left = solver.substeps(island, dt) << halvings;
     S h = dt / static_cast<S>(left);
     SolveReport sum;
-    Ledger<S> ledger(island);
+    Ledger<S> ledger(island, solver.balances());
     bool first = true;
     while (left > 0) {
         if (!first) {
@@ -38,7 +38,7 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, double mostWork, SolveRepo
             cost.work = (anew ? sum.work : 0) + one.work;
             if (anew) {
                 island.bodies = start;
-                ledger = Ledger<S>(island);
+                ledger = Ledger<S>(island, solver.balances());
                 first = true;
                 sum = cost;
                 halvings = 0;
@@ -54,7 +54,7 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, double mostWork, SolveRepo
             }
             continue;
         }
-        ledger.close(island, h, first || island.isLast || !solver.balances(), one);
+        ledger.close(island, h, one);
         first = false;
         sum += one;
         --left;

@@ -150,8 +150,11 @@ private:
         S u[2] = {0, 0};
         const S mu = block.count == 3 ? frictionCoefficient(island_, block) : S(0);
         if (block.count == 3) {
-            const S force = planeLength(row[1].lambda, row[2].lambda);
-            sum.cone = std::max(sum.cone, static_cast<double>(force - mu * row[0].lambda));
+            // Roots are dear beside the rest: most contacts are within the cone, and stick.
+            const S cone = mu * row[0].lambda + static_cast<S>(sum.cone);
+            if (const S force = square(row[1].lambda) + square(row[2].lambda); force > cone * cone) {
+                sum.cone = static_cast<double>(std::sqrt(force) - mu * row[0].lambda);
+            }
             const S across = S(0.5) * (response[1].mobility + response[2].mobility);
             S wanted[2];
             for (int t = 0; t < 2; ++t) {
@@ -159,8 +162,8 @@ private:
                 wanted[t] = across * h_ * row[1 + t].lambda - u[t];
             }
             const S most = across * h_ * mu * row[0].lambda;
-            const S length = planeLength(wanted[0], wanted[1]);
-            const S scale = length > most ? most / length : S(1);
+            const S squared = square(wanted[0]) + square(wanted[1]);
+            const S scale = squared > square(most) ? most / std::sqrt(squared) : S(1);
             for (int t = 0; t < 2; ++t) {
                 slip += square(across * h_ * row[1 + t].lambda - scale * wanted[t]);
             }

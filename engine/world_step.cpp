@@ -133,7 +133,7 @@ void World<S>::Impl::writeBack(const Island<S>& island, S dt) {
         if (!s.fixed) {
             Body<S>& b = bodies[s.index];
             b.pose = s.pose;
-            b.unexplained = s.unexplained;
+            b.unexplained = s.unexplained < S(0) ? b.unexplained : s.unexplained;
             b.acceleration = (s.v.template head<3>() - b.v) / dt;
             b.v = s.v.template head<3>();
             b.w = s.v.template tail<3>();

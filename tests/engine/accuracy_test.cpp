@@ -253,6 +253,37 @@ TEST(Accuracy, EffortsTakenAgainGiveTheSameBits) {
     EXPECT_TRUE(equalBits(poses(again), end));
 }
 
+// What lands takes several times the rounds of the step before: those are what is cut, and by count.
+TEST(Accuracy, WorkIsBoundedAndBitsDoNotDependOnThreads) {
+    std::vector<Posed> end;
+    double free = 0;
+    double worst = 0;
+    for (const int threads : {1, 2}) {
+        for (const double mostWork : {0.0, 2e4}) {
+            Worldd world({.accuracy = {.mostWork = mostWork}, .threads = threads});
+            addHeap(world, 16);
+            int cut = 0;
+            for (int i = 0; i < 180; ++i) {
+                const StepReport& report = world.step(dt);
+                cut += report.counts.cut;
+                if (mostWork == 0) {
+                    free = std::max(free, report.counts.work);
+                    EXPECT_EQ(report.counts.cut, 0);
+                } else {
+                    worst = std::max(worst, report.counts.work);
+                }
+            }
+            if (mostWork > 0) {
+                EXPECT_GT(cut, 0);
+                EXPECT_TRUE(end.empty() || equalBits(poses(world), end));
+                end = poses(world);
+            }
+        }
+    }
+    EXPECT_GT(free, 4 * 2e4);
+    expectBelow("work over what was allowed", worst / 2e4, 1.08);
+}
+
 TEST(Accuracy, MoreEffortErrsLess) {
     std::vector<double> errors;
     for (const int effort : {0, 2, 5, 9}) {
@@ -302,6 +333,8 @@ TEST(Accuracy, BadRequestsAreRefusedByName) {
     refused({.accuracy = {.mostPieces = 0}}, "accuracy.mostPieces");
     refused({.accuracy = {.budget = -1}}, "accuracy.budget");
     refused({.accuracy = {.effort = 12}}, "accuracy.effort");
+    refused({.accuracy = {.mostWork = -1}}, "accuracy.mostWork");
+    refused({.solver = {.name = "nncg"}, .accuracy = {.mostWork = 1e5}}, "accuracy.budget");
     refused({.solver = {.name = "direct"}, .accuracy = {.budget = 1e-3}}, "accuracy.budget");
     Worldd world;
     EXPECT_THROW(world.add({.shapes = {sphere(1)}, .tolerance = -1}), InputError);
