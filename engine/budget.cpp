@@ -10,8 +10,8 @@ namespace {
 
 // What a family costs more for a unit than the one before it, until measured.
 constexpr double familyRatio = 2;
-// s a unit at the default effort, until measured: impacts, not rest.
-constexpr double firstUnit = 5e-6;
+// s a row at the default effort, until measured.
+constexpr BudgetLoad firstUnit = {.calm = 5e-7, .moving = 5e-6};
 // s a visit of a row, until measured: of small rows with all that comes with them.
 constexpr double firstVisit = 3e-8;
 // Visits of which a solve must have done at least this many before it says what one costs: calls have a cost too.
@@ -64,58 +64,79 @@ int BudgetKeeper::familyOf(int rung) {
     return std::clamp(rung - firstAuto + 1, 0, familyCount - 1);
 }
 
-double BudgetKeeper::units(int rung, const BudgetLoad& load) {
+BudgetLoad BudgetKeeper::passes(int rung) {
     if (rung < firstAuto) {
-        return (load.calm + load.moving) * (1 << rung);
+        return {static_cast<double>(1 << rung), static_cast<double>(1 << rung)};
     }
-    return load.calm + load.moving * (1 << std::max(0, rung - defaultEffort));
+    return {1, static_cast<double>(1 << std::max(0, rung - defaultEffort))};
 }
 
-double BudgetKeeper::unitCost(int family) const {
+double BudgetKeeper::unitCost(int family, double BudgetLoad::*which) const {
     for (int away = 0; away < familyCount; ++away) {
         for (const int near : {family - away, family + away}) {
-            if (near >= 0 && near < familyCount && families_[static_cast<std::size_t>(near)].unit > 0) {
-                return families_[static_cast<std::size_t>(near)].unit * std::pow(familyRatio, family - near);
+            if (near >= 0 && near < familyCount && families_[static_cast<std::size_t>(near)].unit.*which > 0) {
+                return families_[static_cast<std::size_t>(near)].unit.*which * std::pow(familyRatio, family - near);
             }
         }
     }
-    return firstUnit * std::pow(familyRatio, family - (familyCount - 1));
+    return firstUnit.*which * std::pow(familyRatio, family - (familyCount - 1));
 }
 
-double BudgetKeeper::workCost(int family) const {
-    const double known = families_[static_cast<std::size_t>(family)].work;
-    return known > 0 ? known : firstVisit;
+double BudgetKeeper::cost(int rung, const BudgetLoad& load) const {
+    const BudgetLoad times = passes(rung);
+    const int family = familyOf(rung);
+    return unitCost(family, &BudgetLoad::calm) * times.calm * load.calm +
+           unitCost(family, &BudgetLoad::moving) * times.moving * load.moving;
 }
 
 BudgetChoice BudgetKeeper::choose(double seconds, const BudgetLoad& load) const {
+    if (!hasStepped_) {
+        return {seconds > 0 ? defaultEffort : 0, 0};
+    }
     int rung = effortCount - 1;
-    while (rung > 0 && rest_ + unitCost(familyOf(rung)) * units(rung, load) > fill * seconds) {
+    while (rung > 0 && rest_ + cost(rung, load) > fill * seconds) {
         --rung;
     }
-    return {rung, std::max(1.0, (fillAtMost * seconds - rest_) / workCost(familyOf(rung)))};
+    const double known = families_[static_cast<std::size_t>(familyOf(rung))].work;
+    return {rung, std::max(1.0, (fillAtMost * seconds - rest_) / (known > 0 ? known : firstVisit))};
 }
 
-void BudgetKeeper::learn(int rung, const BudgetLoad& load, const BudgetUse& use) {
-    rest_ = follow(rest_, use.rest);
-    const double done = units(rung, load);
-    if (!(done > 0)) {
-        return;
-    }
-    constexpr double leftUndone = 2;
-    const double now = (use.cut ? leftUndone : 1) * use.solve / done;
-    const int own = familyOf(rung);
+void BudgetKeeper::learnUnit(int family, double BudgetLoad::*which, double now) {
     for (int k = 0; k < familyCount; ++k) {
-        double& known = families_[static_cast<std::size_t>(k)].unit;
-        if (k == own) {
+        double& known = families_[static_cast<std::size_t>(k)].unit.*which;
+        if (k == family) {
             known = follow(known, now);
         } else if (known > 0) {
             // What was seen of other rungs loses its hold, so that a calmer scene is tried with more again.
             constexpr double doubt = 0.02;
-            known += doubt * (now * std::pow(familyRatio, k - own) - known);
+            known += doubt * (now * std::pow(familyRatio, k - family) - known);
         }
     }
+}
+
+void BudgetKeeper::learn(int rung, const BudgetLoad& load, const BudgetUse& use) {
+    if (!hasStepped_) {
+        hasStepped_ = true;
+        return;
+    }
+    rest_ = follow(rest_, use.rest);
+    const int family = familyOf(rung);
+    const BudgetLoad times = passes(rung);
+    constexpr double leftUndone = 2;
+    // What is calm and cut short has the next step for the rest.
+    const double took = (use.cut && load.moving > 0 ? leftUndone : 1) * use.solve;
+    // In company the few say nothing of themselves.
+    constexpr double telling = 0.1;
+    const double calm = times.calm * load.calm;
+    const double moving = times.moving * load.moving;
+    if (moving > telling * calm) {
+        const double resting = std::min(0.5 * took, unitCost(family, &BudgetLoad::calm) * calm);
+        learnUnit(family, &BudgetLoad::moving, (took - resting) / moving);
+    } else if (calm > 0) {
+        learnUnit(family, &BudgetLoad::calm, took / calm);
+    }
     if (use.work >= tellingWork) {
-        double& known = families_[static_cast<std::size_t>(own)].work;
+        double& known = families_[static_cast<std::size_t>(family)].work;
         known = follow(known, use.solve / use.work);
     }
 }

@@ -4,7 +4,8 @@
 //
 // The plan is made by what a row has cost lately, which says nothing of the step in which a heap lands: that one may
 // take three times the rounds of the one before. So each step also gets a bound in counted work, which solvers obey
-// without a clock.
+// without a clock. The first step has none: nothing is known yet, no contact has a force to start from, and what is
+// left undone then comes down in all steps after it.
 #include <cairn/engine/defs.hpp>
 
 #include <array>
@@ -32,7 +33,7 @@ struct BudgetLoad {
 
 struct BudgetChoice {
     int effort = 0;
-    double mostWork = 0;  // AccuracyDef::mostWork
+    double mostWork = 0;  // AccuracyDef::mostWork; 0: no bound
 };
 
 // What a step took.
@@ -59,18 +60,21 @@ private:
     static constexpr int firstAuto = 3;
     static constexpr int familyCount = defaultEffort - firstAuto + 2;
     static int familyOf(int rung);
-    // By how much more a rung does than to visit each row once.
-    static double units(int rung, const BudgetLoad& load);
+    // Times that a rung goes over what rests, and what moves.
+    static BudgetLoad passes(int rung);
 
+    // What rests takes a tenth of what moves, so that they are told apart. 0: never tried.
     struct Family {
-        double unit = 0;  // s a unit; 0: never tried
-        double work = 0;  // s of the solve for each visit of a row that it counts; 0: never tried
+        BudgetLoad unit;  // s a row and pass
+        double work = 0;  // s of the solve for each visit of a row that it counts
     };
-    double unitCost(int family) const;
-    double workCost(int family) const;
+    double unitCost(int family, double BudgetLoad::*which) const;
+    double cost(int rung, const BudgetLoad& load) const;  // s of the solve
+    void learnUnit(int family, double BudgetLoad::*which, double now);
 
     std::array<Family, familyCount> families_{};
     double rest_ = 0;
+    bool hasStepped_ = false;
 };
 
 }  // namespace cairn

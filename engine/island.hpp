@@ -169,6 +169,12 @@ struct Island {
     // left undone, but for the least that gives an answer.
     double mostWork = std::numeric_limits<double>::infinity();
 
+    // Whether it erred so little in the last step that more effort would gain nothing: it is solved in one piece where
+    // no tolerance is asked.
+    bool isCalm() const {
+        constexpr double goodEnough = 1e-5;  // m
+        return memory.position < goodEnough;
+    }
     // As it was made, but for room that it need not ask for again.
     void clear();
     // Looks for contacts anew at the bodies' present poses; points that are still there keep their forces.

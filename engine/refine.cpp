@@ -168,7 +168,7 @@ Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequ
         others = others || (!body.fixed && body.tolerance == 0);
     }
     if (!isAsked(request.accuracy, bodyTolerance)) {
-        attempt(island, solver, dt, isCalm(island) ? 1 : request.pieces, request, solution, nullptr);
+        attempt(island, solver, dt, island.isCalm() ? 1 : request.pieces, request, solution, nullptr);
         memory.position = solution.error.position;
         return solution;
     }

@@ -26,13 +26,6 @@ struct SolveRequest {
     int pieces = 1;            // where no tolerance is asked: of islands whose error is worth it
 };
 
-// Whether the island erred so little in the last step that it is solved in one piece where no tolerance is asked.
-template <class S>
-bool isCalm(const Island<S>& island) {
-    constexpr double goodEnough = 1e-5;  // m
-    return island.memory.position < goodEnough;
-}
-
 // Moves the island by dt. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance
 // is answered by doing the step again in twice as many pieces. The island remembers how many it needed; after some calm
 // steps it tries half as many. Where only bodies with a tolerance of their own err by too much, they alone are solved

@@ -226,7 +226,7 @@ void World<S>::Impl::solveIslands(S dt) {
     load = {};
     if (hasEffort()) {
         for (const Island<S>& island : awake) {
-            (isCalm(island) ? load.calm : load.moving) += loadOf(island);
+            (island.isCalm() ? load.calm : load.moving) += loadOf(island);
         }
         BudgetChoice choice{def.accuracy.effort, def.accuracy.mostWork};
         if (choice.effort < 0) {

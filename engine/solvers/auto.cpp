@@ -14,8 +14,9 @@ constexpr double defaultDirectWork = 3e5;
 // What the sub-stepped sweeps of one row cost in a step, in block multiply-adds (a wall of 5050 boxes: 60,000 rows, 300
 // ms): where the sweeps are no cheaper, `direct` takes the island whatever its size.
 constexpr double sweptRow = 50;
-// Visits of a row in a sub-step of the sweeps.
+// Visits of a row in a sub-step of the sweeps, without conjugate directions and with them.
 constexpr double sweptVisits = 3;
+constexpr double conjugateVisits = 12;
 // Of the work that `direct` took, what is still expected a step later; and by how much more is guessed of one that was
 // cut short.
 constexpr double forgetting = 0.9;
@@ -47,11 +48,12 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
     const auto cost = direct_->predictCost(island);
     const double sweepWork = sweptRow * cost.rows;
     island.churns = cost.step > cost.factor;
-    // A factor is taken only where it can be afforded, and its rounds where those of late could.
+    // A factor is taken only where it can be afforded, and its rounds where those of late could. What is calm needs
+    // none.
     constexpr double round = 9;  // visits of a row, of a block multiply-add
     memory.directWork *= forgetting;
     const double ahead = std::max(round * cost.factor, memory.directWork);
-    const bool isTooDear = ahead > island.mostWork;
+    const bool isTooDear = !island.isCalm() && ahead > island.mostWork;
     island.sweeps = memory.sweepSteps > 0 || cost.step > std::max(bound, sweepWork) || isTooDear;
     island.roundCap = std::max(island.churns ? fewestRounds : fewestRoundsAtRest,
                                static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
@@ -61,7 +63,8 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
     if (!island.sweeps) {
         return direct_->substeps(island, dt);
     }
-    const double affordable = island.mostWork / std::max(1.0, sweptVisits * cost.rows);
+    const double visits = island.churns ? sweptVisits : conjugateVisits;
+    const double affordable = island.mostWork / std::max(1.0, visits * cost.rows);
     const int wanted = sweeper(island).substeps(island, dt);
     return affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
 }
