@@ -131,12 +131,15 @@ bool refineInner(Island<S>& island, const Checkpoint<S>& start, Solver<S>& solve
     InnerPart<S> part(island, start, dt);
     auto& memory = part.island().memory;
     Solution inner;
+    inner.mostWork = solution.mostWork - solution.report.work;
     for (memory.level = std::max(1, memory.level);; ++memory.level) {
         inner.ownPieces = 1 << memory.level;
         attempt(part.island(), solver, dt, inner.ownPieces, request, inner, nullptr);
         lookAgain(part.island(), dt, request, inner, nullptr);
         ++solution.attempts;
-        if (!(inner.error.over > 1) || 2 * inner.ownPieces > request.accuracy.mostPieces) {
+        // With the next attempt, twice as dear as the last, it is at most three times what it is now.
+        const bool isSpent = 3 * inner.report.work > inner.mostWork;
+        if (!(inner.error.over > 1) || 2 * inner.ownPieces > request.accuracy.mostPieces || isSpent) {
             break;
         }
         memory.calmSteps = 0;

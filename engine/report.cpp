@@ -44,6 +44,9 @@ std::string StepReport::summary() const {
     if (flags & FlagUnconverged) {
         line += "; " + std::to_string(counts.unconverged) + " islands above tolerance";
     }
+    if (counts.cut > 0) {
+        line += "; " + std::to_string(counts.cut) + " islands cut short by what a step may take";
+    }
     if (flags & FlagTolerance) {
         char over[100];
         double worst = 0;

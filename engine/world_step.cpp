@@ -231,6 +231,9 @@ void World<S>::Impl::solveIslands(S dt) {
         BudgetChoice choice{def.accuracy.effort, def.accuracy.mostWork};
         if (choice.effort < 0) {
             choice = budget.choose(def.accuracy.budget, load);
+            if (choice.mostWork == 0 || (def.accuracy.mostWork > 0 && def.accuracy.mostWork < choice.mostWork)) {
+                choice.mostWork = def.accuracy.mostWork;
+            }
         }
         report.effort = choice.effort;
         report.mostWork = choice.mostWork;
