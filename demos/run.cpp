@@ -28,14 +28,16 @@ double RunResult::maxMs() const {
 }
 
 double RunResult::percentileMs(double share) const {
-    if (stepSeconds.empty()) {
+    return 1e3 * percentile(stepSeconds, share);
+}
+
+double percentile(std::vector<double> values, double share) {
+    if (values.empty()) {
         return 0;
     }
-    std::vector<double> sorted = stepSeconds;
-    std::sort(sorted.begin(), sorted.end());
-    const double place = std::ceil(share * static_cast<double>(sorted.size())) - 1;
-    const auto index = static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(sorted.size() - 1)));
-    return 1e3 * sorted[index];
+    std::sort(values.begin(), values.end());
+    const double place = std::ceil(share * static_cast<double>(values.size())) - 1;
+    return values[static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(values.size() - 1)))];
 }
 
 std::optional<double> energyDrift(const RunResult& result) {

@@ -58,6 +58,9 @@ struct RunResult {
 // never faster than 1 um/s in the mean (root of mean square, by mass): below it both numbers are round-off.
 std::optional<double> energyDrift(const RunResult& result);
 
+// The smallest of the values that a share in [0, 1] of them does not exceed; 0 of none.
+double percentile(std::vector<double> values, double share);
+
 class SceneRun {
 public:
     // The scene must outlive the run.

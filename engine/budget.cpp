@@ -35,10 +35,9 @@ double follow(double known, double now) {
 }  // namespace
 
 Effort effortAt(int rung, const SolverDef& base) {
-    constexpr int firstAuto = 3;
     constexpr double defaultWork = 3e5;  // of `auto`
     Effort effort{.solver = base};
-    if (rung < firstAuto) {
+    if (rung < firstAutoEffort) {
         effort.solver.name = "gauss_seidel";
         effort.solver.substeps = 1 << rung;
         effort.solver.iterations = 1;
@@ -61,11 +60,11 @@ double BudgetKeeper::clock(int threads) {
 }
 
 int BudgetKeeper::familyOf(int rung) {
-    return std::clamp(rung - firstAuto + 1, 0, familyCount - 1);
+    return std::clamp(rung - firstAutoEffort + 1, 0, familyCount - 1);
 }
 
 BudgetLoad BudgetKeeper::passes(int rung) {
-    if (rung < firstAuto) {
+    if (rung < firstAutoEffort) {
         return {static_cast<double>(1 << rung), static_cast<double>(1 << rung)};
     }
     return {1, static_cast<double>(1 << std::max(0, rung - defaultEffort))};
@@ -91,7 +90,7 @@ double BudgetKeeper::cost(int rung, const BudgetLoad& load) const {
 
 BudgetChoice BudgetKeeper::choose(double seconds, const BudgetLoad& load) const {
     if (!hasStepped_) {
-        return {seconds > 0 ? defaultEffort : 0, 0};
+        return {defaultEffort, 0};
     }
     int rung = effortCount - 1;
     while (rung > 0 && rest_ + cost(rung, load) > fill * seconds) {

@@ -19,7 +19,8 @@ struct Effort {
 };
 
 inline constexpr int effortCount = 12;
-inline constexpr int defaultEffort = 6;  // what a world does of which nothing is asked
+inline constexpr int firstAutoEffort = 3;  // below it, sweeps
+inline constexpr int defaultEffort = 6;    // what a world does of which nothing is asked
 
 // The rung, from 0 (one sweep a step) by fewer and more sub-steps, `auto` with ever larger islands solved exactly, up
 // to pieces with contacts found anew. `base`: the user's own numbers, which stay.
@@ -57,8 +58,7 @@ public:
 
 private:
     // Rungs that cost alike for each row, body and piece: sweeps, `auto` by the islands that it solves exactly, pieces.
-    static constexpr int firstAuto = 3;
-    static constexpr int familyCount = defaultEffort - firstAuto + 2;
+    static constexpr int familyCount = defaultEffort - firstAutoEffort + 2;
     static int familyOf(int rung);
     // Times that a rung goes over what rests, and what moves.
     static BudgetLoad passes(int rung);

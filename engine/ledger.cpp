@@ -76,30 +76,21 @@ Ledger<S>::Ledger(const Island<S>& island, bool balances) : balances_(balances) 
 }
 
 template <class S>
-bool Ledger<S>::isDue(const Island<S>& island) {
-    constexpr int period = 8;
-    if (!balances_) {
-        return true;
-    }
-    const auto& last = island.memory.balance;
-    if (isFirst_) {
-        isDrawn_ = last.blocks != island.blocks.size() || last.age >= period - 1;
-    }
-    return isDrawn_ && (isFirst_ || island.isLast);
-}
-
-template <class S>
 void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
     auto& last = island.memory.balance;
-    const bool balance = isDue(island);
-    if (isFirst_ && isDrawn_) {
-        last = {};
-        last.blocks = island.blocks.size();
-    } else if (isFirst_) {
-        ++last.age;
-        report.residualMomentum = std::max(report.residualMomentum, last.residual);
-        report.momentumDefect += last.defect;
+    if (isFirst_) {
+        constexpr int period = 8;
+        isDrawn_ = !balances_ || last.blocks != island.blocks.size() || last.age >= period - 1;
+        if (isDrawn_) {
+            last = {};
+            last.blocks = island.blocks.size();
+        } else {
+            ++last.age;
+            report.residualMomentum = std::max(report.residualMomentum, last.residual);
+            report.momentumDefect += last.defect;
+        }
     }
+    const bool balance = !balances_ || (isDrawn_ && (isFirst_ || island.isLast));
     isFirst_ = false;
     S explained = 0;
     S after = 0;          // J

@@ -21,8 +21,6 @@ public:
     void close(Island<S>& island, S h, SolveReport& report);
 
 private:
-    bool isDue(const Island<S>& island);
-
     bool balances_;
     bool isFirst_ = true;  // sub-step
     bool isDrawn_ = true;  // in this step

@@ -52,9 +52,13 @@ void World<S>::Impl::requireAccuracy(const AccuracyDef& accuracy) const {
     require(accuracy.effort >= -1 && accuracy.effort < effortCount, "effort", accuracy.effort,
             "give 0 (cheapest) to 11, or -1 for none");
     require(amount(accuracy.mostWork), "mostWork", accuracy.mostWork, "give visits of rows a step, or 0 for none");
-    if ((accuracy.budget > 0 || accuracy.effort >= 0 || accuracy.mostWork > 0) && def.solver.name != "auto") {
-        throw InputError("accuracy.budget", "with the solver \"" + def.solver.name + "\"",
-                         "use the solver auto, which may change what it does, or ask for no budget");
+    const char* const bound = accuracy.budget > 0     ? "budget"
+                              : accuracy.effort >= 0  ? "effort"
+                              : accuracy.mostWork > 0 ? "mostWork"
+                                                      : nullptr;
+    if (bound != nullptr && def.solver.name != "auto") {
+        throw InputError(std::string("accuracy.") + bound, "with the solver \"" + def.solver.name + "\"",
+                         "use the solver auto, which may change what it does, or leave it out");
     }
 }
 

@@ -12,13 +12,7 @@ double BenchEntry::meanMs() const {
 }
 
 double BenchEntry::percentileMs(double share) const {
-    if (stepMs.empty()) {
-        return 0;
-    }
-    std::vector<double> sorted = stepMs;
-    std::sort(sorted.begin(), sorted.end());
-    const double place = std::ceil(share * static_cast<double>(sorted.size())) - 1;
-    return sorted[static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(sorted.size() - 1)))];
+    return percentile(stepMs, share);
 }
 
 double BenchEntry::error() const {
@@ -32,8 +26,7 @@ double BenchEntry::errorAt() const {
 
 BenchEntry bench(const Scene& given, Precision precision, double seconds, int repeats,
                  const std::function<void()>& tell) {
-    Scene scene = given;
-    scene.world.accuracy.budget = 0;
+    const Scene scene = withoutBudget(given);
     const auto steps = static_cast<std::size_t>(std::max(1L, std::lround(seconds / scene.dt)));
     BenchEntry entry{.scene = scene.name, .dt = scene.dt, .stepMs = std::vector(steps, 1e300)};
     for (int run = 0; run < repeats; ++run) {

@@ -1,4 +1,5 @@
 #include <cairn/demos/advice/bench.hpp>
+#include <cairn/demos/advice/measure.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -150,8 +151,7 @@ std::string benchPage(const std::vector<Scene>& scenes, const std::vector<BenchE
     SceneDrawer drawer;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         const BenchEntry& entry = entries[i];
-        Scene scene = scenes[i];
-        scene.world.accuracy.budget = 0;
+        const Scene scene = withoutBudget(scenes[i]);
         const std::unique_ptr<Simulation> simulation = makeSimulation(scene, precision);
         for (int k = 0; k < static_cast<int>(std::lround(entry.errorAt() / entry.dt)); ++k) {
             simulation->step(entry.dt);

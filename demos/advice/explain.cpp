@@ -342,8 +342,7 @@ Explanation budget(const Scene& scene) {
 
 SceneExplanation explain(const Scene& given, Precision precision, double seconds, int repeats,
                          const std::function<void(double)>& tell) {
-    Scene scene = given;
-    scene.world.accuracy.budget = 0;
+    const Scene scene = withoutBudget(given);
     const int steps = std::max(1, static_cast<int>(std::lround(seconds / scene.dt)));
     Seen seen;
     Variant base{scene};

@@ -7,6 +7,9 @@ namespace cairn {
 // s of processor time of this process, all its threads together: what other programs take from the cores is not in it.
 double cpuSeconds();
 
+// The scene, but that no clock chooses what is done.
+Scene withoutBudget(Scene scene);
+
 // Repeats of one measurement, of which the least counts: what disturbs only adds.
 class Repeats {
 public:

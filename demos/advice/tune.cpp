@@ -23,12 +23,6 @@ int stepsOf(const Scene& scene, double seconds) {
     return static_cast<int>(std::lround(seconds / scene.dt));
 }
 
-Scene withoutBudget(const Scene& scene) {
-    Scene copy = scene;
-    copy.world.accuracy.budget = 0;
-    return copy;
-}
-
 // A simulation of another precision, or in which nothing sleeps, is put where the plain one got to.
 void putWhere(const Simulation& from, Simulation& to, const Scene& scene) {
     for (std::size_t i = 0; i < from.bodyCount(); ++i) {

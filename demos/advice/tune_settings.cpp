@@ -1,3 +1,4 @@
+#include <cairn/demos/advice/measure.hpp>
 #include <cairn/demos/advice/tune.hpp>
 
 #include <cmath>
@@ -42,8 +43,7 @@ bool saysNothing(const Scene& scene) {
     Scene carrier;
     carrier.world.solver = scene.world.solver;
     carrier.world.accuracy = scene.world.accuracy;
-    carrier.world.accuracy.budget = 0;
-    return toJson(carrier) == toJson(Scene{});
+    return toJson(withoutBudget(carrier)) == toJson(Scene{});
 }
 
 void addQuick(Grid& grid, double error) {
@@ -144,9 +144,11 @@ std::string TuneSetting::label() const {
 }
 
 Scene TuneSetting::apply(const Scene& scene) const {
-    Scene copy = scene;
-    copy.world.accuracy.budget = 0;
+    Scene copy = withoutBudget(scene);
     if (!given) {
+        // Which solvers other than auto refuse.
+        copy.world.accuracy.effort = -1;
+        copy.world.accuracy.mostWork = 0;
         copy.world.solver = solver;
         copy.world.accuracy.position = accuracy;
         copy.world.accuracy.velocity = 0;

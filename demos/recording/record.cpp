@@ -115,7 +115,7 @@ RecordedStep recordedStep(const Scene& scene, const Simulation& simulation) {
                          .jointGap = orInfinity(report.error.maxJointGap),
                          .flags = report.flags,
                          .effort = report.effort,
-                         .mostWork = report.mostWork,
+                         .mostWork = report.effort >= 0 ? report.mostWork : 0,
                          .contacts = report.counts.contacts,
                          .awake = report.counts.awake};
     findWorst(simulation, scene, step);

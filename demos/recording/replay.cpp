@@ -19,7 +19,8 @@ std::string differing(const RecordedStep& was, const RecordedStep& is) {
     if (was.flags != is.flags) {
         return "flags";
     }
-    if (was.contacts != is.contacts || was.awake != is.awake || was.effort != is.effort) {
+    if (was.contacts != is.contacts || was.awake != is.awake || was.effort != is.effort ||
+        was.mostWork != is.mostWork) {
         return "counts";
     }
     return was == is ? "" : "worst pair or joint";

@@ -7,10 +7,7 @@
 namespace cairn {
 
 double BudgetRun::percentileMs(double share) const {
-    std::vector<double> sorted = seconds;
-    std::sort(sorted.begin(), sorted.end());
-    const double place = std::ceil(share * static_cast<double>(sorted.size())) - 1;
-    return 1e3 * sorted[static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(sorted.size() - 1)))];
+    return 1e3 * percentile(seconds, share);
 }
 
 double BudgetRun::shareWithin() const {

@@ -50,9 +50,8 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
     island.churns = cost.step > cost.factor;
     // A factor is taken only where it can be afforded, and its rounds where those of late could. What is calm needs
     // none.
-    constexpr double round = 9;  // visits of a row, of a block multiply-add
     memory.directWork *= forgetting;
-    const double ahead = std::max(round * cost.factor, memory.directWork);
+    const double ahead = std::max(visitsOfProduct * cost.factor, memory.directWork);
     const bool isTooDear = !island.isCalm() && ahead > island.mostWork;
     island.sweeps = memory.sweepSteps > 0 || cost.step > std::max(bound, sweepWork) || isTooDear;
     island.roundCap = std::max(island.churns ? fewestRounds : fewestRoundsAtRest,

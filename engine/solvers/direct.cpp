@@ -201,7 +201,7 @@ int affordableRounds(const Island<S>& island, const ContactNewton<double>& newto
     constexpr double visits = 4;  // of each row in a round, beside the factor
     const double rows = static_cast<double>(island.rows.size());
     const double kept = 2 * fewestPolishSweeps * rows;
-    const double rounds = (island.mostWork - spent - kept) / (9 * newton.work() + visits * rows + 1);
+    const double rounds = (island.mostWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
     return static_cast<int>(std::clamp(rounds, 0.0, most));
 }
 

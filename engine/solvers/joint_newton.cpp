@@ -395,7 +395,7 @@ bool JointNewton<S>::solve(Island<S>& island, S h, const JointNewtonOptions& opt
         stiffen(wide);
         ++report.newtonRounds;
         ++report.factorisations;
-        report.work += 9 * factor_.work();
+        report.work += visitsOfProduct * factor_.work();
         return newtonStep();
     };
     for (int round = 0; !found && round < mostRounds && step(); ++round) {

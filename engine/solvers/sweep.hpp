@@ -46,8 +46,8 @@ struct RowProblem {
     std::size_t visits = 0;    // rows whose velocity was asked for so far: what the work is measured by
     double blockProducts = 0;  // multiply-adds of 6x6 blocks in factors and substitutions so far
 
-    // Both together, in visits of rows: 216 multiply-adds against a row's 24.
-    double work() const { return static_cast<double>(visits) + 9 * blockProducts; }
+    // Both together, in visits of rows.
+    double work() const { return static_cast<double>(visits) + visitsOfProduct * blockProducts; }
 
     S rowVelocity(const Row<S>& row, const RowBlock<S>& block) const {
         return rowDot(row, block, [&](int i) -> const Vec6<S>& { return v[static_cast<std::size_t>(i)]; });

@@ -334,7 +334,8 @@ TEST(Accuracy, BadRequestsAreRefusedByName) {
     refused({.accuracy = {.budget = -1}}, "accuracy.budget");
     refused({.accuracy = {.effort = 12}}, "accuracy.effort");
     refused({.accuracy = {.mostWork = -1}}, "accuracy.mostWork");
-    refused({.solver = {.name = "nncg"}, .accuracy = {.mostWork = 1e5}}, "accuracy.budget");
+    refused({.solver = {.name = "nncg"}, .accuracy = {.mostWork = 1e5}}, "accuracy.mostWork");
+    refused({.solver = {.name = "nncg"}, .accuracy = {.effort = 3}}, "accuracy.effort");
     refused({.solver = {.name = "direct"}, .accuracy = {.budget = 1e-3}}, "accuracy.budget");
     Worldd world;
     EXPECT_THROW(world.add({.shapes = {sphere(1)}, .tolerance = -1}), InputError);
