@@ -1,5 +1,8 @@
 #include <cairn/assets/convex_decomposition.hpp>
 #include <cairn/assets/convex_hull.hpp>
+#include <cairn/shape_query.hpp>
+
+#include "collision/shapes/collision_mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 #include <cairn/assets/convex_hull.hpp>
-#include <cairn/collision/collision.hpp>
+
+#include "collision/collision.hpp"
 
 #include <libqhull_r/qhull_ra.h>
 #include <algorithm>

@@ -1,6 +1,6 @@
 // The archive that reads: JSON values into the structs of scene_file.hpp, every error with its place.
-#include <cairn/assets/nearest.hpp>
-#include <cairn/assets/scene_file.hpp>
+#include "assets/nearest.hpp"
+#include "assets/scene_file.hpp"
 
 #include <algorithm>
 #include <cmath>

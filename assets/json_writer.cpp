@@ -1,5 +1,5 @@
 // The archives that write: the structs of scene_file.hpp as JSON, and their table as a JSON Schema.
-#include <cairn/assets/scene_file.hpp>
+#include "assets/scene_file.hpp"
 
 #include <bit>
 #include <cmath>

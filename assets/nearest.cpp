@@ -1,4 +1,4 @@
-#include <cairn/assets/nearest.hpp>
+#include "assets/nearest.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -1,9 +1,10 @@
 // Scenes between files, structs and worlds: names become ids, materials become shapes' surfaces, files become meshes.
 #include <cairn/assets/convex_hull.hpp>
 #include <cairn/assets/mesh_file.hpp>
-#include <cairn/assets/nearest.hpp>
-#include <cairn/assets/scene_file.hpp>
-#include <cairn/collision/collision.hpp>
+
+#include "assets/nearest.hpp"
+#include "assets/scene_file.hpp"
+#include "collision/collision.hpp"
 
 #include <charconv>
 #include <fstream>

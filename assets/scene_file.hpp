@@ -4,6 +4,9 @@
 // what is loaded, written and published cannot drift apart.
 #include <cairn/assets/scene.hpp>
 
+#include "engine/constraints/list.hpp"
+#include "engine/model/fields.hpp"
+
 #include <map>
 
 namespace cairn::scene_file {

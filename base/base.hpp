@@ -1,10 +1,14 @@
 #pragma once
-// Door of base/: other folders include this header only.
-#include <cairn/base/check.hpp>
-#include <cairn/base/id.hpp>
-#include <cairn/base/mesh.hpp>
-#include <cairn/base/parallel.hpp>
-#include <cairn/base/pose.hpp>
-#include <cairn/base/profile.hpp>
-#include <cairn/base/so3.hpp>
-#include <cairn/base/types.hpp>
+// Door of base/: other folders include this header, or what they need of it.
+#include <cairn/id.hpp>
+#include <cairn/input_error.hpp>
+#include <cairn/jobs.hpp>
+#include <cairn/pose.hpp>
+#include <cairn/triangle_mesh.hpp>
+#include <cairn/types.hpp>
+
+#include "base/check.hpp"
+#include "base/parallel.hpp"
+#include "base/profile.hpp"
+#include "base/slot_table.hpp"
+#include "base/so3.hpp"

@@ -1,4 +1,4 @@
-#include <cairn/base/check.hpp>
+#include "base/check.hpp"
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-#include <cairn/base/check.hpp>
-#include <cairn/base/parallel.hpp>
+#include "base/parallel.hpp"
+#include "base/check.hpp"
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/info.h>

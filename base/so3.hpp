@@ -4,7 +4,7 @@
 //
 // Every closed form here divides by a power of the angle. Below `smallAngle` the Taylor series is used instead; its
 // first dropped term is under the round-off of S, so the two branches meet without a step.
-#include <cairn/base/types.hpp>
+#include <cairn/types.hpp>
 
 #include <cmath>
 

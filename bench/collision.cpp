@@ -1,6 +1,12 @@
 // Nanoseconds a pair of the narrow phase, a query and a time of impact; microseconds an update of the broad phase; what
 // a large mesh costs.
-#include <cairn/engine/engine.hpp>
+#include <cairn/cairn.hpp>
+
+#include "base/so3.hpp"
+#include "collision/broad_phase/broad_phase.hpp"
+#include "collision/narrow_phase/narrow_phase.hpp"
+#include "collision/queries/body_query.hpp"
+#include "collision/queries/sweep.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -1,5 +1,7 @@
 // Milliseconds a step of whole worlds, by scene and solver.
-#include <cairn/engine/engine.hpp>
+#include <cairn/cairn.hpp>
+
+#include "base/so3.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -4,53 +4,37 @@
 #   find_package(cairn COMPONENTS assets render)    cairn::assets, cairn::render too
 include(CMakePackageConfigHelpers)
 
-# cairn_reach(OUT header...): appends to OUT the headers, as paths in the source tree, that these include through
-# <cairn/...>, themselves among them. What a door reaches is public; nothing else is installed.
-function(cairn_reach out)
-    set(found ${${out}})
-    foreach(header ${ARGN})
-        if(header IN_LIST found)
-            continue()
-        endif()
-        list(APPEND found ${header})
-        set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${header})
-        file(STRINGS ${PROJECT_SOURCE_DIR}/${header} includes REGEX "^#include <cairn/")
-        foreach(include ${includes})
-            string(REGEX REPLACE "^#include <cairn/(.*)>.*$" "\\1" include "${include}")
-            cairn_reach(found ${include})
-        endforeach()
-    endforeach()
-    set(${out} ${found} PARENT_SCOPE)
-endfunction()
-
-set(CAIRN_PUBLIC_HEADERS)
-cairn_reach(CAIRN_PUBLIC_HEADERS base/base.hpp collision/collision.hpp engine/engine.hpp)
 set(CAIRN_COMPONENTS)
+file(GLOB CAIRN_PUBLIC_HEADERS CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/include
+    ${PROJECT_SOURCE_DIR}/include/cairn/*.hpp ${PROJECT_SOURCE_DIR}/include/cairn/joints/*.hpp)
 foreach(component assets render)
     if(TARGET cairn_${component})
         list(APPEND CAIRN_COMPONENTS ${component})
-        cairn_reach(CAIRN_PUBLIC_HEADERS ${component}/${component}.hpp)
+        file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/include
+            ${PROJECT_SOURCE_DIR}/include/cairn/${component}/*.hpp)
+        list(APPEND CAIRN_PUBLIC_HEADERS ${headers})
+    else()
+        list(REMOVE_ITEM CAIRN_PUBLIC_HEADERS cairn/${component}.hpp)
     endif()
 endforeach()
 
 foreach(header ${CAIRN_PUBLIC_HEADERS})
     cmake_path(GET header PARENT_PATH folder)
-    install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/cairn/${folder})
+    install(FILES include/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
 endforeach()
-install(FILES engine/cairn.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/cairn)
 
-# Each public header compiles alone, and twice.
+# Each public header compiles alone, and twice, with nothing of the inside in reach.
 if(CAIRN_TESTS)
     set(sources)
     foreach(header ${CAIRN_PUBLIC_HEADERS})
         string(MAKE_C_IDENTIFIER ${header} name)
         set(source ${PROJECT_BINARY_DIR}/header_check/${name}.cpp)
-        file(CONFIGURE OUTPUT ${source} CONTENT "#include <cairn/${header}>\n#include <cairn/${header}>\n")
+        file(CONFIGURE OUTPUT ${source} CONTENT "#include <${header}>\n#include <${header}>\n")
         list(APPEND sources ${source})
     endforeach()
     add_library(cairn_header_check OBJECT ${sources})
-    target_include_directories(cairn_header_check PRIVATE ${CAIRN_HEADER_ROOT})
-    target_link_libraries(cairn_header_check PRIVATE Eigen3::Eigen cairn_options)
+    target_include_directories(cairn_header_check PRIVATE ${PROJECT_SOURCE_DIR}/include)
+    target_link_libraries(cairn_header_check PRIVATE Eigen3::Eigen cairn_warnings)
     target_compile_options(cairn_header_check PRIVATE -O0 -g0)
 endif()
 

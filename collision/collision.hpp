@@ -1,11 +1,12 @@
 #pragma once
 // Door of collision/: other folders include this header only.
-#include <cairn/collision/body_query.hpp>
-#include <cairn/collision/broad_phase.hpp>
-#include <cairn/collision/collision_mesh.hpp>
-#include <cairn/collision/height_field.hpp>
-#include <cairn/collision/hull.hpp>
-#include <cairn/collision/narrow_phase.hpp>
-#include <cairn/collision/queries.hpp>
-#include <cairn/collision/shape.hpp>
-#include <cairn/collision/sweep.hpp>
+#include <cairn/shape_query.hpp>
+#include <cairn/shapes.hpp>
+
+#include "collision/broad_phase/broad_phase.hpp"
+#include "collision/narrow_phase/narrow_phase.hpp"
+#include "collision/queries/body_query.hpp"
+#include "collision/queries/sweep.hpp"
+#include "collision/shapes/collision_mesh.hpp"
+#include "collision/shapes/height_field.hpp"
+#include "collision/shapes/hull.hpp"

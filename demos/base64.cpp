@@ -1,4 +1,4 @@
-#include <cairn/demos/base64.hpp>
+#include "demos/base64.hpp"
 
 #include <cstdint>
 #include <string_view>

@@ -1,9 +1,9 @@
 #pragma once
 // Door of demos/: what the command, the tests and the benchmarks share.
-#include <cairn/demos/base64.hpp>
-#include <cairn/demos/drawn_shape.hpp>
-#include <cairn/demos/run.hpp>
-#include <cairn/demos/run_json.hpp>
-#include <cairn/demos/scene_drawer.hpp>
-#include <cairn/demos/scenes/scenes.hpp>
-#include <cairn/demos/simulation.hpp>
+#include "demos/base64.hpp"
+#include "demos/drawn_shape.hpp"
+#include "demos/run.hpp"
+#include "demos/run_json.hpp"
+#include "demos/scene_drawer.hpp"
+#include "demos/scenes/scenes.hpp"
+#include "demos/simulation.hpp"

@@ -1,4 +1,4 @@
-#include <cairn/demos/drawn_shape.hpp>
+#include "demos/drawn_shape.hpp"
 
 namespace cairn {
 

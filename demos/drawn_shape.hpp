@@ -1,7 +1,8 @@
 #pragma once
 // What drawings share of shapes: one mesh stands for all that differ only in pose and, but for capsules, hulls and
 // meshes, in size.
-#include <cairn/demos/simulation.hpp>
+#include "collision/shapes/hull.hpp"
+#include "demos/simulation.hpp"
 
 namespace cairn {
 

@@ -1,4 +1,5 @@
-#include <cairn/demos/run.hpp>
+#include "demos/run.hpp"
+#include "base/profile.hpp"
 
 #include <algorithm>
 #include <cmath>

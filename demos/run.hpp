@@ -1,6 +1,6 @@
 #pragma once
 // Runs a scene and collects what its steps report into one result.
-#include <cairn/demos/simulation.hpp>
+#include "demos/simulation.hpp"
 
 namespace cairn {
 

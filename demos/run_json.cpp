@@ -1,4 +1,4 @@
-#include <cairn/demos/run_json.hpp>
+#include "demos/run_json.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,7 @@
 #pragma once
 // A run as JSON. The field names are Cairn's promise to scripts: add, never rename.
-#include <cairn/demos/run.hpp>
+#include "demos/run.hpp"
+
 #include <nlohmann/json.hpp>
 
 namespace cairn {

@@ -1,4 +1,4 @@
-#include <cairn/demos/scene_drawer.hpp>
+#include "demos/scene_drawer.hpp"
 
 #include <charconv>
 #include <numbers>

@@ -1,7 +1,8 @@
 #pragma once
 // Pictures of a running scene. Static bodies are grey, others have a colour of their own.
-#include <cairn/demos/drawn_shape.hpp>
-#include <cairn/render/render.hpp>
+#include <cairn/render.hpp>
+
+#include "demos/drawn_shape.hpp"
 
 namespace cairn {
 

@@ -1,4 +1,4 @@
-#include <cairn/demos/simulation.hpp>
+#include "demos/simulation.hpp"
 
 namespace cairn {
 

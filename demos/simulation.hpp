@@ -1,6 +1,6 @@
 #pragma once
 // A scene as a running world in either precision, seen in double, with bodies named by their place in the scene.
-#include <cairn/demos/scenes/scenes.hpp>
+#include "demos/scenes/scenes.hpp"
 
 namespace cairn {
 

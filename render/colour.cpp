@@ -1,6 +1,7 @@
+#include <cairn/render/colour.hpp>
+
 #include <algorithm>
 #include <array>
-#include <cairn/render/colour.hpp>
 #include <cmath>
 #include <numbers>
 

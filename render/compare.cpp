@@ -16,9 +16,10 @@
 //   ground 5 % brighter                              0 |   0 |    0          0     | 0     | 0           0.0155
 // The limits below stand at least twice above the shift by 1 pixel (1.6 times for the mean), and at least three times
 // below the body of 0.3 % (1.5 times below the brighter ground).
+#include <cairn/render/compare.hpp>
+
 #include <algorithm>
 #include <array>
-#include <cairn/render/compare.hpp>
 #include <cmath>
 #include <cstdio>
 

@@ -1,5 +1,8 @@
 #include <cairn/render/draw_scene.hpp>
-#include <cairn/render/view.hpp>
+
+#include "base/so3.hpp"
+#include "render/view.hpp"
+
 #include <cmath>
 
 namespace cairn {

@@ -1,6 +1,8 @@
 // ffmpeg runs as a child that reads raw pictures from its standard input. That is one end of a socket pair and not of a
 // pipe, because a write to a socket can be told to report a dead child instead of killing the whole program by a
 // signal.
+#include <cairn/render/film.hpp>
+
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/socket.h>
@@ -8,7 +10,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cairn/render/film.hpp>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include <cairn/render/gl.hpp>
+#include "render/gl.hpp"
 
 #include <stdexcept>
 #include <string>

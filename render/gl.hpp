@@ -1,8 +1,9 @@
 #pragma once
 // The OpenGL functions that the renderer calls, found at run time through a GlContext: no GL library is linked, because
 // the vendor-neutral one would win over OSMesa and have no context.
+#include "render/gl_context.hpp"
+
 #include <GL/glcorearb.h>
-#include <cairn/render/gl_context.hpp>
 
 namespace cairn {
 

@@ -1,4 +1,4 @@
-#include <cairn/render/gl_context.hpp>
+#include "render/gl_context.hpp"
 
 #include <GL/osmesa.h>
 

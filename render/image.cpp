@@ -1,6 +1,6 @@
-#include <png.h>
-
 #include <cairn/render/image.hpp>
+
+#include <png.h>
 
 #include <algorithm>
 #include <cmath>

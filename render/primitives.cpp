@@ -1,4 +1,5 @@
 #include <cairn/render/primitives.hpp>
+
 #include <cmath>
 #include <numbers>
 

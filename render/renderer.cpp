@@ -1,12 +1,16 @@
 // One picture, in passes: shadow map from the sun; a half-size map of normals and depths for ambient occlusion; the
 // picture itself with 4 samples a pixel (background, ground, opaque bodies, see-through bodies, lines and points); then
 // resolve and read back. Bodies are drawn instanced, one call a mesh and pass.
+#include <cairn/render/renderer.hpp>
+
+#include "base/slot_table.hpp"
+#include "base/so3.hpp"
+#include "render/gl.hpp"
+#include "render/shaders.hpp"
+#include "render/view.hpp"
+
 #include <algorithm>
 #include <array>
-#include <cairn/render/gl.hpp>
-#include <cairn/render/renderer.hpp>
-#include <cairn/render/shaders.hpp>
-#include <cairn/render/view.hpp>
 #include <cmath>
 #include <cstring>
 #include <limits>

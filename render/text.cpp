@@ -1,6 +1,7 @@
+#include <cairn/render/text.hpp>
+
 #include <algorithm>
 #include <array>
-#include <cairn/render/text.hpp>
 #include <cmath>
 
 namespace cairn {

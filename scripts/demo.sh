@@ -6,4 +6,4 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 scripts/setup.sh
 cmake --preset release
 cmake --build --preset release --target cairn_command -- -j "$(nproc)"
-build/release/demos/cairn demo --out out "$@"
+build/release/cairn demo --out out "$@"

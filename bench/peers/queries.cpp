@@ -1,8 +1,12 @@
 // cairn_bench_queries: contact points of a pair, rays through a scene and rays at a mesh, Cairn's, Bullet's and ODE's,
 // on the same poses in one run. Processor time of one thread, the least of several rounds.
+#include <cairn/cairn.hpp>
+
+#include "base/so3.hpp"
+#include "collision/narrow_phase/narrow_phase.hpp"
+
 #include <btBulletCollisionCommon.h>
 #include <ode/ode.h>
-#include <cairn/engine/engine.hpp>
 
 #include <algorithm>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // A semicircular arch of equal wedges that only friction holds: it stands when its thickness is more than about 0.107
 // of its radius (Milankovitch 0.1075, Heyman 0.106; radius to the middle of the thickness).
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

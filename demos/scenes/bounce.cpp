@@ -1,5 +1,5 @@
 // Balls of restitution 0 to 1, each on a tile of the same restitution: apex n is at e^(2 n) of the drop.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

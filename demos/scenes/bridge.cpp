@@ -1,5 +1,5 @@
 // A hanging bridge: planks hinged edge to edge between two posts, sagging along a circle from the start, with crates.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -4,7 +4,7 @@
 // A card leaning at angle q from upright, half height a, half thickness t, stands on its lower inner corner and reaches
 // H = 2 (a cos q + t sin q) with its upper outer one; two of them meet in the plane of their upper inner corners, which
 // lies a sin q + t cos q from the card's middle.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // Links of 1 m and 1 kg along x, hung by one end and let go.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // A square of cloth falls on a ball.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // Newton's cradle: touching balls of restitution 1, each hung by two strings from its middle.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

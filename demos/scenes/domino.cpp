@@ -1,5 +1,5 @@
 // Domino stones (20 times real size) along a snaking path; the first one leans past its edge and falls.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

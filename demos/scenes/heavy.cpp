@@ -1,5 +1,5 @@
 // A heavy unit box on a light one: the hardest case for solvers that work row after row.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

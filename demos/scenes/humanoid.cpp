@@ -1,6 +1,6 @@
 // The ragdoll's body. Lengths are fractions of stature (Drillis and Contini 1966, as in Winter, Biomechanics and Motor
 // Control of Human Movement, fig. 4.1); masses are fractions of body mass (de Leva 1996, men).
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // A cube of jelly falls on a stack of boxes: soft on rigid, both ways.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // Bodies on a landscape of triangles: a bowl with ripples.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // Mixed bodies that fall into a bin.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // Unit boxes of 1 kg in rows, each row one shorter and half a box aside.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // One humanoid that falls on the floor.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // Humanoids dropped on a flight of stairs.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

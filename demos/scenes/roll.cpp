@@ -1,5 +1,5 @@
 // A ball thrown along the floor without spin: it slides, then rolls at 5/7 of its speed after 2 v / (7 mu g).
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // Mixed bodies fall on triangles and heights out of files: stairs, a terrain, a bowl, each in a walled room.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // A crate swings on a rope, which meets a peg on its way and winds about it.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,4 +1,5 @@
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
+#include "base/so3.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #pragma once
 // What the scene files share. Private to scenes/.
-#include <cairn/demos/scenes/scenes.hpp>
+#include "demos/scenes/scenes.hpp"
 
 #include <algorithm>
 #include <cmath>

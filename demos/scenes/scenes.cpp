@@ -1,4 +1,5 @@
-#include <cairn/demos/scenes/scenes.hpp>
+#include "demos/scenes/scenes.hpp"
+#include "base/check.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -1,6 +1,6 @@
 #pragma once
 // The built-in scenes: what the command, the tests and the benchmarks run. One file a scene; scenes.cpp lists them all.
-#include <cairn/assets/assets.hpp>
+#include <cairn/assets.hpp>
 
 #include <map>
 

@@ -1,6 +1,6 @@
 // Three scenes of SimBenchmark (leggedrobotics, 2018): rolling, bouncing, and 6 x 6 x 6 balls. `cairn compare` takes
 // its error measures of them.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // A block thrown along the floor: it stops after v^2 / (2 mu g).
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

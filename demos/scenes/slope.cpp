@@ -1,6 +1,6 @@
 // Boxes on a slope, each on a lane of its own friction: those with mu < tan(angle) slide at g (sin - mu cos), the rest
 // stick.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

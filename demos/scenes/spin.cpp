@@ -1,5 +1,5 @@
 // A free body with moments of inertia 1, 2 and 3 kg m2, turning about its unstable middle axis without gravity.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // A tower of unit boxes hit by a ball at two thirds of its height.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -3,7 +3,7 @@
 //
 // Held top, steady precession at lean q: I1 cos(q) W^2 - I3 w3 W + m g l = 0, with I3 about the top's axis, I1 across
 // it about the tip, l from the tip to the centre of mass, w3 the spin along the axis; W is the smaller root.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 #include <array>
 

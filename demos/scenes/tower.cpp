@@ -1,5 +1,5 @@
 // Bodies 1 m high on top of each other, exactly touching.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
 // Bricks in running bond: every second course starts with half a brick.
-#include <cairn/demos/scenes/scene_kit.hpp>
+#include "demos/scenes/scene_kit.hpp"
 
 namespace cairn {
 

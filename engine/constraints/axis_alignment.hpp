@@ -7,20 +7,11 @@
 // pi, where every way back is as short, they push about a's y axis.
 //
 // With u = w x n_a the gradient is J_k = (w . e_k) w + (u . e_k) (theta cot(theta) u - theta n_a).
-#include <cairn/engine/constraints/joint_parts.hpp>
+#include <cairn/joints/axis_alignment.hpp>
+
+#include "engine/constraints/joint_parts.hpp"
 
 namespace cairn {
-
-// Keeps an axis of a and an axis of b pointing the same way; their places stay free. Both axes are `axis` at the time
-// of adding.
-struct AxisAlignmentDef {
-    BodyId a = {}, b = {};        // two different bodies, at least one of them dynamic
-    Vec3d axis = Vec3d::UnitX();  // world, at the time of adding; any length but 0
-    Softness softness = {};
-    bool collide = true;  // whether a and b go on colliding with each other
-
-    static constexpr const char* typeName = "axis_alignment";
-};
 
 template <class A>
 void describe(A& a, AxisAlignmentDef& j) {

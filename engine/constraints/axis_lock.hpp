@@ -1,7 +1,7 @@
 #pragma once
 // Axis locks of a body: C = e_k . (x - x_0) for a locked direction, C = e_k . log(R R_0^T) for a locked rotation; world
 // axes, so that the row's first body is the world itself (fixed).
-#include <cairn/engine/rows.hpp>
+#include "engine/constraints/rows.hpp"
 
 namespace cairn {
 

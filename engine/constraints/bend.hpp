@@ -2,22 +2,13 @@
 // Bending of two triangles (a, b, c) and (b, a, d) about their common edge a-b: C = theta - theta_0, wrapped to (-pi,
 // pi], with the dihedral angle theta = atan2(e . (n_c x n_d), n_c . n_d), 0 where they are flat. In rad, so that lambda
 // is the torque about the edge, N m. Where a triangle has lost its area there is no angle, and the row pushes nothing.
-#include <cairn/engine/constraints/joint_parts.hpp>
+#include <cairn/joints/bend.hpp>
+
+#include "engine/constraints/joint_parts.hpp"
 
 #include <numbers>
 
 namespace cairn {
-
-// Keeps the angle between two triangles of particles as it is at the time of adding.
-struct BendDef {
-    BodyId a = {}, b = {};  // the common edge; different particles all, at least one of them dynamic
-    BodyId c = {}, d = {};  // the corners across it
-    Softness softness = {};
-    bool collide = true;  // particles of one body are kept apart by their filter, not by their joints
-
-    static constexpr const char* typeName = "bend";
-    static constexpr bool betweenParticles = true;
-};
 
 template <class A>
 void describe(A&, BendDef&) {}

@@ -1,24 +1,11 @@
 #pragma once
 // Cone and twist: C = p_b - p_a (3 rows); C = swing - angle(x_a, x_b), the angle by atan2 and its gradient with the
 // corrected sign (seed 5.7, errata 1 and 25); limits on the twist 2 atan2(q_x, q_w) of q = q_a^-1 q_b.
-#include <cairn/engine/constraints/joint_parts.hpp>
+#include <cairn/joints/cone_twist.hpp>
+
+#include "engine/constraints/joint_parts.hpp"
 
 namespace cairn {
-
-// A ragdoll's shoulder or hip: a shared point, b's axis within a cone about a's, and a limited twist about it. Both
-// axes are `axis` at the time of adding.
-struct ConeTwistDef {
-    BodyId a = {}, b = {};         // two different bodies, at least one of them dynamic
-    Vec3d anchor = Vec3d::Zero();  // world, at the time of adding
-    Vec3d axis = Vec3d::UnitY();   // world, at the time of adding; any length but 0
-    double swing = 0.8;            // rad, half opening of the cone, in (0, pi)
-    double twistLower = -0.5;      // rad, > -pi or -unlimited
-    double twistUpper = 0.5;       // rad, < pi or unlimited
-    Softness softness = {};        // of the shared point; the limits stay hard
-    bool collide = false;          // whether a and b go on colliding with each other
-
-    static constexpr const char* typeName = "cone_twist";
-};
 
 template <class A>
 void describe(A& a, ConeTwistDef& j) {

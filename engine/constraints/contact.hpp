@@ -3,7 +3,7 @@
 // friction rows J v = 0 across n whose force stays in the disc of radius mu lambda_n (seed 5.6). A particle does not
 // turn: all its contact forces act at its centre, friction too, or the pair would lose angular momentum; the other body
 // carries the normal.
-#include <cairn/engine/rows.hpp>
+#include "engine/constraints/rows.hpp"
 
 namespace cairn {
 

@@ -1,24 +1,11 @@
 #pragma once
 // Hinge: C = p_b - p_a (3 rows); C = (y_a . x_b, z_a . x_b), the axis of b seen across that of a (2 rows, seed 5.7);
 // limits on the angle phi = atan2(y_b . z_a, y_b . y_a); a motor on its rate.
-#include <cairn/engine/constraints/joint_parts.hpp>
+#include <cairn/joints/hinge.hpp>
+
+#include "engine/constraints/joint_parts.hpp"
 
 namespace cairn {
-
-// One shared axis: turning about it is left. The angle is 0 at the time of adding and grows as b turns about +axis.
-struct HingeDef {
-    BodyId a = {}, b = {};         // two different bodies, at least one of them dynamic
-    Vec3d anchor = Vec3d::Zero();  // world, at the time of adding
-    Vec3d axis = Vec3d::UnitX();   // world, at the time of adding; any length but 0
-    double lower = -unlimited;     // rad, > -pi or -unlimited
-    double upper = unlimited;      // rad, < pi or unlimited
-    double motorSpeed = 0;         // rad/s, of b against a
-    double motorTorque = 0;        // N m, the most the motor gives; 0: no motor
-    Softness softness = {};        // of the rows that hold the axis; limits and motor stay hard
-    bool collide = false;          // whether a and b go on colliding with each other
-
-    static constexpr const char* typeName = "hinge";
-};
 
 template <class A>
 void describe(A& a, HingeDef& j) {

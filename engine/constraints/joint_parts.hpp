@@ -2,25 +2,18 @@
 // What several joints share: rules of fields, softness, row groups. Poses are of the bodies' centres of mass, world
 // frame.
 //
-// A joint is its header: a Def with the members below, describe(archive, def) for its fields, validate(def) where
-// fields must agree with each other, and linearize(def, frames, poseA, poseB, rows). Where it sits is told by the
-// members it has: `anchor`, or `anchorA` and `anchorB`, is the origin of its frames on both bodies, and `axis`, if any,
-// their x axis.
-#include <cairn/engine/defs.hpp>
-#include <cairn/engine/fields.hpp>
-#include <cairn/engine/rows.hpp>
+// A joint is its Def (include/cairn/joints/) and a header here: describe(archive, def) for its fields, validate(def)
+// where fields must agree with each other, and linearize(def, frames, poseA, poseB, rows). Where it sits is told by the
+// members its Def has: `anchor`, or `anchorA` and `anchorB`, is the origin of its frames on both bodies, and `axis`, if
+// any, their x axis.
+#include <cairn/joints/softness.hpp>
+
+#include "engine/constraints/rows.hpp"
+#include "engine/model/fields.hpp"
 
 #include <numbers>
 
 namespace cairn {
-
-// How a joint gives way. Both zero: rigid. Give either compliance and damping, or frequency and damping ratio.
-struct Softness {
-    double compliance = 0;    // m/N or rad/(N m), inverse stiffness
-    double damping = 0;       // N s/m or N m s/rad
-    double frequency = 0;     // Hz, of the two bodies' effective mass on each row; > 0 overrides compliance and damping
-    double dampingRatio = 1;  // of critical, used with frequency
-};
 
 template <class A>
 void describe(A& a, Softness& s) {

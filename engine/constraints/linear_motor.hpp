@@ -1,22 +1,11 @@
 #pragma once
 // Linear motor: J v = speed, the velocity of b's anchor against a along an axis that a carries, within a bound on the
 // force. A velocity row: it has no C, and is solved among the others (seed 4.11).
-#include <cairn/engine/constraints/joint_parts.hpp>
+#include <cairn/joints/linear_motor.hpp>
+
+#include "engine/constraints/joint_parts.hpp"
 
 namespace cairn {
-
-// Drives b along an axis of a and leaves all else free. Speed 0: a brake.
-struct LinearMotorDef {
-    BodyId a = {}, b = {};          // two different bodies, at least one of them dynamic
-    Vec3d anchor = Vec3d::Zero();   // world, at the time of adding: where it pushes
-    Vec3d axis = Vec3d::UnitX();    // world, at the time of adding; any length but 0
-    double motorSpeed = 0;          // m/s, of b against a
-    double motorForce = unlimited;  // N, the most the motor gives
-    Softness softness = {};         // of no effect: a motor gives way as its force says
-    bool collide = true;            // whether a and b go on colliding with each other
-
-    static constexpr const char* typeName = "linear_motor";
-};
 
 template <class A>
 void describe(A& a, LinearMotorDef& j) {

@@ -1,23 +1,14 @@
 #pragma once
-// All joints. A new one is its header and one word here.
-#include <cairn/engine/constraints/angular_motor.hpp>
-#include <cairn/engine/constraints/axis_alignment.hpp>
-#include <cairn/engine/constraints/ball.hpp>
-#include <cairn/engine/constraints/bend.hpp>
-#include <cairn/engine/constraints/cone_twist.hpp>
-#include <cairn/engine/constraints/distance.hpp>
-#include <cairn/engine/constraints/hinge.hpp>
-#include <cairn/engine/constraints/linear_motor.hpp>
-#include <cairn/engine/constraints/slider.hpp>
-#include <cairn/engine/constraints/spring.hpp>
-#include <cairn/engine/constraints/volume.hpp>
-#include <cairn/engine/constraints/weld.hpp>
-
-#include <variant>
-
-namespace cairn {
-
-using JointDef = std::variant<BallDef, HingeDef, SliderDef, WeldDef, DistanceDef, ConeTwistDef, VolumeDef, BendDef,
-                              AxisAlignmentDef, LinearMotorDef, AngularMotorDef, SpringDef>;
-
-}  // namespace cairn
+// The rows of all joints.
+#include "engine/constraints/angular_motor.hpp"
+#include "engine/constraints/axis_alignment.hpp"
+#include "engine/constraints/ball.hpp"
+#include "engine/constraints/bend.hpp"
+#include "engine/constraints/cone_twist.hpp"
+#include "engine/constraints/distance.hpp"
+#include "engine/constraints/hinge.hpp"
+#include "engine/constraints/linear_motor.hpp"
+#include "engine/constraints/slider.hpp"
+#include "engine/constraints/spring.hpp"
+#include "engine/constraints/volume.hpp"
+#include "engine/constraints/weld.hpp"

@@ -4,21 +4,11 @@
 // 22 ask for). Scalar form, along the line: C = |p_b - p_a| - L. Vector form, of no rest length: C = p_b - p_a, three
 // rows in a's axes; it pulls alike in all directions and is regular where the points meet, where the scalar form has no
 // direction.
-#include <cairn/engine/constraints/joint_parts.hpp>
+#include <cairn/joints/spring.hpp>
+
+#include "engine/constraints/joint_parts.hpp"
 
 namespace cairn {
-
-// Pulls and pushes between two points. Its softness is the spring itself.
-struct SpringDef {
-    BodyId a = {}, b = {};          // two different bodies, at least one of them dynamic
-    Vec3d anchorA = Vec3d::Zero();  // world, at the time of adding
-    Vec3d anchorB = Vec3d::Zero();  // world, at the time of adding
-    double restLength = -1;         // m; negative: the distance at the time of adding; 0: the vector form
-    Softness softness = {.compliance = 0.01};
-    bool collide = true;  // whether a and b go on colliding with each other
-
-    static constexpr const char* typeName = "spring";
-};
 
 template <class A>
 void describe(A& a, SpringDef& j) {

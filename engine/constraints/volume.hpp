@@ -1,19 +1,11 @@
 #pragma once
 // Volume of a tetrahedron of particles: C = 6 (V - V0) / (6 |V0|)^(2/3), which is a length, so that errors and
 // compliance have the units of other linear rows (seed 6.5.2; gradients 6.52).
-#include <cairn/engine/constraints/joint_parts.hpp>
+#include <cairn/joints/volume.hpp>
+
+#include "engine/constraints/joint_parts.hpp"
 
 namespace cairn {
-
-// Keeps the volume that four particles span at the time of adding.
-struct VolumeDef {
-    BodyId a = {}, b = {}, c = {}, d = {};  // four different particles, at least one of them dynamic
-    Softness softness = {};
-    bool collide = true;  // particles of one body are kept apart by their filter, not by their joints
-
-    static constexpr const char* typeName = "volume";
-    static constexpr bool betweenParticles = true;
-};
 
 template <class A>
 void describe(A&, VolumeDef&) {}

@@ -1,5 +1,7 @@
 // Concave solids of known volume cut into hulls: how much is wrongly filled, and that nothing is lost.
-#include <cairn/assets/assets.hpp>
+#include <cairn/assets.hpp>
+
+#include "collision/shapes/collision_mesh.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Hulls against what is known of convex polyhedra, by plain sums over all faces and points.
-#include "temp_dir.hpp"
+#include <cairn/assets.hpp>
 
-#include <cairn/assets/assets.hpp>
-#include <cairn/collision/hull.hpp>
+#include "collision/shapes/hull.hpp"
+#include "tests/assets/temp_dir.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,7 @@
 // Mesh files of each kind, sound and damaged.
-#include "temp_dir.hpp"
+#include <cairn/assets.hpp>
 
-#include <cairn/assets/assets.hpp>
+#include "tests/assets/temp_dir.hpp"
 
 #include <cmath>
 #include <cstring>

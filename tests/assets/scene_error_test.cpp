@@ -1,7 +1,7 @@
 // Each way to get a scene file wrong: the error names place, value and remedy.
-#include "temp_dir.hpp"
+#include <cairn/assets.hpp>
 
-#include <cairn/assets/assets.hpp>
+#include "tests/assets/temp_dir.hpp"
 
 #include <random>
 

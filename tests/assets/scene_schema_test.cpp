@@ -1,7 +1,7 @@
 // The published schema and the loader agree: on every field's name, and on what they refuse.
-#include "temp_dir.hpp"
+#include <cairn/assets.hpp>
 
-#include <cairn/assets/assets.hpp>
+#include "tests/assets/temp_dir.hpp"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,9 +1,12 @@
 // Scenes through files and back: every field, to the last bit.
-#include "temp_dir.hpp"
+#include <cairn/assets.hpp>
 
-#include <cairn/assets/assets.hpp>
-#include <cairn/collision/collision_mesh.hpp>
-#include <cairn/collision/hull.hpp>
+#include "collision/shapes/collision_mesh.hpp"
+#include "collision/shapes/height_field.hpp"
+#include "collision/shapes/hull.hpp"
+#include "engine/constraints/list.hpp"
+#include "engine/model/fields.hpp"
+#include "tests/assets/temp_dir.hpp"
 
 #include <bit>
 #include <random>

@@ -1,5 +1,6 @@
+#include "base/base.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/base/base.hpp>
 
 #include <thread>
 

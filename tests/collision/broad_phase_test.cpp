@@ -1,6 +1,7 @@
+#include "base/base.hpp"
+#include "collision/collision.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/base/base.hpp>
-#include <cairn/collision/collision.hpp>
 
 #include <algorithm>
 #include <limits>

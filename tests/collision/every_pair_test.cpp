@@ -2,7 +2,7 @@
 // lie within the margin, overlap a little, overlap deeply, and stand square to each other.
 // CAIRN_PAIR_POSES=N: N random poses a pair where any answer must be sound (100,000 takes 15 s; 3,000 unless told).
 // CAIRN_PAIR_TRUTH=N: N poses of each sort against the search (8 unless told), CAIRN_PAIR_TABLE=FILE: what was worst.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 #include <ctime>

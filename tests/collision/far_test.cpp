@@ -1,5 +1,5 @@
 // Far from the origin, large beside small, and thin: what holds, and how well. CAIRN_FAR_TABLE=FILE: what was worst.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Height fields and scaled instances are what their triangles are: the same answers as a mesh of them.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,8 @@
+#include "collision/shapes/hull.hpp"
+#include "base/base.hpp"
+#include "collision/collision.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/base/base.hpp>
-#include <cairn/collision/collision.hpp>
-#include <cairn/collision/hull.hpp>
 
 #include <limits>
 #include <random>

@@ -1,5 +1,6 @@
+#include "collision/narrow_phase/manifold.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/collision/manifold.hpp>
 
 #include <algorithm>
 #include <cmath>

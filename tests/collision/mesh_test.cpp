@@ -1,7 +1,8 @@
+#include "base/base.hpp"
+#include "collision/collision.hpp"
+#include "collision/shapes/collision_mesh.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/base/base.hpp>
-#include <cairn/collision/collision.hpp>
-#include <cairn/collision/collision_mesh.hpp>
 
 #include <limits>
 #include <numbers>

@@ -1,5 +1,5 @@
 // Triangle meshes: no body may catch on an inner edge, none may fall through, and outer edges must hold.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 

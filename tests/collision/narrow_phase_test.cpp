@@ -1,6 +1,6 @@
 // Resting contacts against closed forms: point count, normal, separation and place for every kind of shape on every
 // kind of ground, in both orders, from frames turned and far off.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Boxes against their separating axes, and the thin shapes on which libccd's own normals go wrong; every pair of kinds
 // is in every_pair_test.cpp.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 

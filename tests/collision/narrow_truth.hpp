@@ -1,8 +1,8 @@
 #pragma once
 // What the narrow phase is judged by: its own support functions, signed distances and a search over directions, written
 // from the definitions and sharing nothing with collision/.
-#include <cairn/collision/collision.hpp>
-#include <cairn/collision/hull.hpp>
+#include "collision/collision.hpp"
+#include "collision/shapes/hull.hpp"
 
 #include <algorithm>
 #include <cmath>

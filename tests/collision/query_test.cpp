@@ -1,5 +1,5 @@
 // Queries against brute force: marching along rays, asking every triangle, asking every body.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 
@@ -446,7 +446,7 @@ TEST(BodyQuery, ShapesAsEveryBodyAsked) {
     const BodyQuery query = crowd.query();
     std::mt19937 random(10);
     const std::vector<Shape> kinds = truth::convexShapes();
-    std::vector<BodyQuery::CastOf> casts;
+    std::vector<ProbeCast> casts;
     std::vector<Probe> probes;
     for (std::size_t i = 0; i < 60; ++i) {
         const Probe probe{{&kinds[i % kinds.size()], 1}, {uniformPoint(random, 9), truth::randomTurn(random)}};

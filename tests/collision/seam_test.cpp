@@ -1,5 +1,5 @@
 // Ghost edges and lasting points: what slides or rolls over a floor of many pieces sees one floor.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Time of impact: nothing passes, nothing stops that would not have met, and slides over seams are let through.
-#include "narrow_truth.hpp"
+#include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
 

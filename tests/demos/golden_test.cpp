@@ -1,7 +1,8 @@
 // Pictures of scenes at fixed times against those of tests/golden. With CAIRN_UPDATE_GOLDEN=1 in the environment the
 // pictures are written instead.
+#include "demos/demos.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/demos/demos.hpp>
 
 #include <cstdlib>
 

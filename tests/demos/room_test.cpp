@@ -1,6 +1,7 @@
 // Mixed bodies in rooms of triangles and heights out of files: none is lost, none is stuck, none is pressed in.
+#include "demos/demos.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/demos/demos.hpp>
 
 #include <cstdio>
 #include <cstdlib>

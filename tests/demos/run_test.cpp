@@ -1,6 +1,7 @@
 // A run's statistics, and its JSON.
+#include "demos/demos.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/demos/demos.hpp>
 
 namespace cairn {
 namespace {

@@ -1,7 +1,9 @@
 // Every built-in scene is a valid one, and its geometry and masses are what its file says.
+#include "collision/narrow_phase/narrow_phase.hpp"
+#include "collision/shapes/hull.hpp"
+#include "demos/demos.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/collision/hull.hpp>
-#include <cairn/demos/demos.hpp>
 
 #include <numbers>
 #include <set>

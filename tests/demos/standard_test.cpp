@@ -1,8 +1,9 @@
 // Fails when a standard scene errs more, or takes more counted work (StepCounts::work, no clock), than what is recorded
 // in standard.json beside this file. CAIRN_UPDATE_STANDARD=1 records anew: the difference belongs in the change's
 // message.
+#include "demos/demos.hpp"
+
 #include <gtest/gtest.h>
-#include <cairn/demos/demos.hpp>
 #include <nlohmann/json.hpp>
 
 #include <cstdlib>

@@ -1,7 +1,8 @@
 #pragma once
 // What the engine's tests share: small worlds, and comparisons that can print what they measured.
-#include <cairn/engine/engine.hpp>
-#include <cairn/engine/solvers/solver.hpp>
+#include <cairn/cairn.hpp>
+
+#include "engine/solve/solver.hpp"
 
 #include <gtest/gtest.h>
 

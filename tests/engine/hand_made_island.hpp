@@ -1,8 +1,7 @@
 #pragma once
 // Islands put together by hand, which show what a solver does without a world around it, and dense matrices of them.
-#include "engine_kit.hpp"
-
-#include <cairn/engine/solvers/sweep.hpp>
+#include "engine/solve/velocity/sweep.hpp"
+#include "tests/engine/engine_kit.hpp"
 
 #include <Eigen/Dense>
 

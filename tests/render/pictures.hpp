@@ -1,9 +1,9 @@
 #pragma once
 // Scenes and measures that several render tests share.
+#include <cairn/render.hpp>
+
 #include <gtest/gtest.h>
 #include <unistd.h>
-
-#include <cairn/render/render.hpp>
 
 namespace cairn {
 

@@ -1,6 +1,6 @@
-#include <limits>
+#include "tests/render/pictures.hpp"
 
-#include "pictures.hpp"
+#include <limits>
 
 namespace cairn {
 namespace {

@@ -1,6 +1,6 @@
-#include <random>
+#include "tests/render/pictures.hpp"
 
-#include "pictures.hpp"
+#include <random>
 
 namespace cairn {
 namespace {

@@ -1,7 +1,7 @@
+#include "tests/render/pictures.hpp"
+
 #include <cstdlib>
 #include <fstream>
-
-#include "pictures.hpp"
 
 namespace cairn {
 namespace {

@@ -1,9 +1,9 @@
+#include "tests/render/pictures.hpp"
+
 #include <png.h>
 
 #include <fstream>
 #include <random>
-
-#include "pictures.hpp"
 
 namespace cairn {
 namespace {

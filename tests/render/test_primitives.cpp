@@ -1,7 +1,7 @@
+#include "tests/render/pictures.hpp"
+
 #include <map>
 #include <numbers>
-
-#include "pictures.hpp"
 
 namespace cairn {
 namespace {

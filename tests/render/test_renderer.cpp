@@ -1,9 +1,10 @@
+#include "base/so3.hpp"
+#include "tests/render/pictures.hpp"
+
 #include <cstdlib>
 #include <functional>
 #include <limits>
 #include <thread>
-
-#include "pictures.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
 // OSMesa keeps a few hundred bytes for as long as the process lives; leaks of Cairn are still found.

@@ -1,0 +1,252 @@
+#include "collision/narrow_phase/gjk.hpp"
+#include "collision/narrow_phase/pairs.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// A direction that takes overlapping shapes apart, with the points of the cores that touch last on the way.
+struct Way {
+    Vec3d n;
+    double depth = 1e300;
+    GjkAnswer touch;
+};
+
+// The least overlap by descent: push B out along n until GJK sees a gap, take the direction of the gap, repeat. Each
+// step can only lower the overlap, for any convex shapes; where n is that direction already it is a local minimum.
+void descend(const Convex& a, const Convex& b, double scale, int steps, OverlapOf& overlap, Way& way) {
+    const double gap = 0.01 * scale;
+    for (int step = 0; step < steps; ++step) {
+        const Vec3d shift = (way.depth - a.radius - b.radius + gap) * way.n;
+        const GjkAnswer apart = gjk(a, b, way.n, shift, 1e300);
+        if (apart.state != GjkAnswer::State::Apart) {
+            return;
+        }
+        const double next = overlap(apart.normal);
+        if (next > way.depth + 1e-9 * scale) {
+            return;  // only round-off can raise it
+        }
+        const double gain = way.depth - next;
+        way.n = apart.normal;
+        way.depth = next;
+        way.touch = apart;
+        if (gain < 1e-6 * scale) {
+            return;
+        }
+    }
+}
+
+// Ends of two lines closer than this part of their length are one end, named after the first shape.
+constexpr double sameEnd = 1e-3;
+
+}  // namespace
+
+GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+                 NarrowCounts& counts) {
+    OverlapOf overlap{a, b};
+    // The best few, so that an overlap whose least way is not proved is left from more than one side: descent finds
+    // local minima only.
+    constexpr std::size_t few = 5;
+    std::array<Way, few> ways;
+    const auto attempt = [&](const Vec3d& n) {
+        const double d = overlap(n);
+        std::size_t k = few;
+        for (; k > 0 && d < ways[k - 1].depth; --k) {
+            if (k < few) {
+                ways[k].n = ways[k - 1].n;
+                ways[k].depth = ways[k - 1].depth;
+            }
+        }
+        if (k < few) {
+            ways[k].n = n;
+            ways[k].depth = d;
+        }
+    };
+    const Vec3d centreA = centreOf(a);
+    const Vec3d centreB = centreOf(b);
+    scratch.normals.clear();
+    appendNormals(a, centreB, scratch.normals);
+    const std::size_t ofA = scratch.normals.size();
+    appendNormals(b, centreA, scratch.normals);
+    for (std::size_t i = 0; i < scratch.normals.size(); ++i) {
+        attempt(i < ofA ? scratch.normals[i] : Vec3d(-scratch.normals[i]));
+    }
+    const bool remembers = memory.normal.squaredNorm() > 0.5;
+    if (remembers) {
+        attempt(memory.normal);
+    }
+    const Vec3d line = centreB - centreA;
+    const double length = line.norm();
+    attempt(length > 1e-9 * scale ? Vec3d(line / length) : Vec3d::UnitY());
+    // A pair that touched before has not gone far since: its old normal is as good a start as MPR's, and one is enough.
+    const bool known = remembers && ways[0].depth < 0.25 * scale;
+    double byMpr = 1e300;
+    if (!known) {
+        Vec3d way;
+        if (mprDirection(a, b, way)) {
+            way = overlap(way) <= overlap(-way) ? way : Vec3d(-way);
+            byMpr = overlap(way);
+            attempt(way);
+        } else {
+            ++counts.repairedFailures;
+        }
+    }
+    std::size_t best = 0;
+    if (!known) {
+        Vec3d n = ways[0].n;
+        double coreDepth = ways[0].depth - a.radius - b.radius;
+        const bool isLeast = leastOverlap(a, b, 1e-3 * scale, n, coreDepth);
+        attempt(n);
+        for (std::size_t k = 0; k < (isLeast ? 1 : few) && ways[k].depth < 1e300; ++k) {
+            descend(a, b, scale, isLeast ? 6 : 2, overlap, ways[k]);
+            best = ways[k].depth < ways[best].depth ? k : best;
+        }
+        if (!isLeast) {
+            descend(a, b, scale, 6, overlap, ways[best]);
+        }
+    } else {
+        descend(a, b, scale, 2, overlap, ways[0]);
+    }
+    if (byMpr < 1e300 && ways[best].depth < byMpr - 1e-3 * scale) {
+        ++counts.repairedNormals;
+    }
+    ways[best].touch.normal = ways[best].n;
+    return ways[best].touch;
+}
+
+void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& near, double margin,
+                  WorkManifold& out) {
+    int hint = 0;
+    const EdgeFeature fa = edgeAlong(a, n, hint);
+    hint = 0;
+    const EdgeFeature fb = edgeAlong(b, -n, hint);
+    out.normal = n;
+    out.reference = -1;
+    out.count = 0;
+    const auto add = [&](const Vec3d& pa, const Vec3d& pb, std::uint64_t id) {
+        const double separation = (pb - pa).dot(n) - a.radius - b.radius;
+        if (separation <= margin) {
+            ContactPoint& p = out.points[static_cast<std::size_t>(out.count++)];
+            p = {pa + a.radius * n, pb - b.radius * n, separation, id};
+        }
+    };
+    const std::uint64_t lowA = fa.count == 2 ? std::min(fa.ids[0], fa.ids[1]) : fa.ids[0];
+    const std::uint64_t highA = fa.count == 2 ? std::max(fa.ids[0], fa.ids[1]) : 0;
+    const std::uint64_t lowB = fb.count == 2 ? std::min(fb.ids[0], fb.ids[1]) : fb.ids[0];
+    const std::uint64_t highB = fb.count == 2 ? std::max(fb.ids[0], fb.ids[1]) : 0;
+    const std::uint64_t id = mixIds(lowA << 32 | highA, lowB << 32 | highB);
+    if (fa.count == 2 && fb.count == 2) {
+        const Vec3d da = fa.points[1] - fa.points[0];
+        const Vec3d db = fb.points[1] - fb.points[0];
+        // 1.1 degrees: there two lines of a metre have parted by 1 cm at their ends.
+        if (da.cross(db).squaredNorm() < 4e-4 * da.squaredNorm() * db.squaredNorm()) {
+            const double length2 = da.squaredNorm();
+            const auto along = [&](const Vec3d& p) { return (p - fa.points[0]).dot(da) / length2; };
+            const double b0 = along(fb.points[0]);
+            const double b1 = along(fb.points[1]);
+            const auto atB = [&](double t) {
+                const double u = b1 != b0 ? std::clamp((t - b0) / (b1 - b0), 0.0, 1.0) : 0.0;
+                return Vec3d(fb.points[0] + u * db);
+            };
+            const bool rising = b0 <= b1;
+            const double lowEnd = std::max(0.0, std::min(b0, b1));
+            const double highEnd = std::min(1.0, std::max(b0, b1));
+            if (lowEnd < highEnd) {
+                const std::uint64_t lowId = std::min(b0, b1) <= sameEnd
+                                                ? fa.ids[0]
+                                                : (static_cast<std::uint64_t>(fb.ids[rising ? 0 : 1]) << 32);
+                const std::uint64_t highId = std::max(b0, b1) >= 1 - sameEnd
+                                                 ? fa.ids[1]
+                                                 : (static_cast<std::uint64_t>(fb.ids[rising ? 1 : 0]) << 32);
+                add(fa.points[0] + lowEnd * da, atB(lowEnd), mixIds(id, lowId));
+                add(fa.points[0] + highEnd * da, atB(highEnd), mixIds(id, highId));
+                if (out.count > 0) {
+                    // Not quite square to the normal, the lines may be deepest beyond their common stretch.
+                    const double lowest = out.count == 2 ? std::min(out.points[0].separation, out.points[1].separation)
+                                                         : out.points[0].separation;
+                    const double nearest = (near.onB - near.onA).dot(n) - a.radius - b.radius;
+                    if (near.state == GjkAnswer::State::Apart && nearest < lowest - 1e-3 - 0.05 * std::abs(lowest)) {
+                        add(near.onA, near.onB, id);
+                    }
+                    return;
+                }
+            }
+        }
+    }
+    if (near.state == GjkAnswer::State::Apart) {
+        add(near.onA, near.onB, id);
+    } else {
+        add(fa.points[0], fb.points[0], id);
+    }
+}
+
+bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
+                NarrowCounts& counts, WorkManifold& out) {
+    const double scale = std::min(scaleOf(a), scaleOf(b));
+    const Vec3d start = memory.normal.squaredNorm() > 0.5 ? memory.normal : Vec3d(centreOf(b) - centreOf(a));
+    const GjkAnswer apart = gjk(a, b, start, Vec3d::Zero(), margin + a.radius + b.radius);
+    if (apart.state == GjkAnswer::State::Beyond) {
+        return false;
+    }
+    const bool disjoint = apart.state == GjkAnswer::State::Apart;
+    const GjkAnswer near = disjoint ? apart : wayOut(a, b, memory, scale, scratch, counts);
+    const Vec3d& n = near.normal;
+    OverlapOf overlap{a, b};
+    const double depth = overlap(n);
+    if (!(depth >= -margin)) {
+        return false;
+    }
+    // A face whose overlap is as small, within a tolerance, gives more and steadier points than an edge.
+    const double allowed = depth + 1e-3 * scale + 0.01 * std::abs(depth);
+    Vec3d faceA;
+    Vec3d faceB;
+    const bool hasA = faceNormal(a, n, faceA);
+    const bool hasB = faceNormal(b, -n, faceB);
+    const double depthA = hasA ? overlap(faceA) : 1e300;
+    const double depthB = hasB ? overlap(-faceB) : 1e300;
+    const double slack = 1e-3 * scale;
+    // The one remembered stays until the other is clearly better.
+    const bool preferB = hasB && depthB < depthA + (memory.reference == 1 ? slack : -slack);
+    for (const bool takeB : {preferB, !preferB}) {
+        const double faceDepth = takeB ? depthB : depthA;
+        if (faceDepth > allowed) {
+            continue;
+        }
+        const Convex& other = takeB ? a : b;
+        fillFace(takeB ? b : a, takeB ? faceB : faceA, scratch.face);
+        const Vec3d outward = scratch.face.normal;
+        incidentOutline(other, -outward, scratch.incident);
+        scratch.candidates.clear();
+        clipToFace(scratch, other.radius, margin);
+        if (scratch.candidates.empty()) {
+            continue;
+        }
+        double lowest = 1e300;
+        for (const Candidate& c : scratch.candidates) {
+            lowest = std::min(lowest, c.separation);
+        }
+        if (lowest > -depth + slack + 0.05 * std::abs(depth)) {
+            // The deepest place lies beside the face, or on a rounding that the outline cuts off.
+            if (std::abs(n.dot(outward)) < 0.99) {
+                continue;  // as deep as the face by chance only
+            }
+            edgeManifold(a, b, n, near, margin, out);
+            for (int k = 0; k < out.count; ++k) {
+                const ContactPoint& p = out.points[static_cast<std::size_t>(k)];
+                const Vec3d& inner = takeB ? p.onB : p.onA;
+                const Vec3d& outer = takeB ? p.onA : p.onB;
+                scratch.candidates.push_back({inner, outer, outward.dot(outer - inner), p.feature});
+            }
+        }
+        fillManifold(scratch, outward, takeB ? 1 : 0, out);
+        if (out.count > 1) {
+            ++counts.completed;
+        }
+        return true;
+    }
+    edgeManifold(a, b, n, near, margin, out);
+    return out.count > 0;
+}
+
+}  // namespace cairn

@@ -1,0 +1,270 @@
+#include "collision/narrow_phase/narrow_phase.hpp"
+#include "collision/narrow_phase/pairs.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace cairn {
+namespace {
+
+// The shape with the lower rank is the first of its pair: half-spaces and meshes hold the reference, spheres come last.
+int rank(ShapeKind kind) {
+    switch (kind) {
+        case ShapeKind::HalfSpace:
+            return 0;
+        case ShapeKind::Mesh:
+        case ShapeKind::HeightField:
+            return 1;
+        case ShapeKind::Hull:
+            return 2;
+        case ShapeKind::Cylinder:
+            return 3;
+        case ShapeKind::Cone:
+            return 4;
+        case ShapeKind::Box:
+            return 5;
+        case ShapeKind::Ellipsoid:
+            return 6;
+        case ShapeKind::Capsule:
+            return 7;
+        case ShapeKind::Sphere:
+            return 8;
+    }
+    return 9;
+}
+
+struct Frame {
+    Mat3d rotation;
+    Vec3d position;
+
+    Vec3d operator*(const Vec3d& p) const { return rotation * p + position; }
+    Frame operator*(const Frame& o) const { return {rotation * o.rotation, rotation * o.position + position}; }
+    Frame inverse() const { return {rotation.transpose(), -(rotation.transpose() * position)}; }
+};
+
+Frame frameOf(const Posed& pose) {
+    return {pose.rotation.toRotationMatrix(), pose.position};
+}
+
+Scratch& scratchOfThread() {
+    thread_local Scratch scratch;
+    return scratch;
+}
+
+std::vector<WorkManifold>& patchesOfThread() {
+    thread_local std::vector<WorkManifold> patches;
+    return patches;
+}
+
+// Asks the pair's method. `first` has the lower rank and stands at the origin of the work frame.
+void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, Memory& memory,
+         NarrowCounts& counts, std::vector<WorkManifold>& out) {
+    Scratch& scratch = scratchOfThread();
+    const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
+    if (isSurface(first.kind)) {
+        meshAgainst(first, b, margin, scratch, counts, out);
+        return;
+    }
+    ++counts.shapePairs;
+    WorkManifold manifold;
+    bool near = false;
+    if (first.kind == ShapeKind::HalfSpace) {
+        near = halfSpaceAgainst(first.size, first.offset, b, margin, scratch, manifold);
+    } else {
+        const Convex a = makeConvex(first);
+        if (second.kind == ShapeKind::Sphere) {
+            near = sphereAgainst(a, b, margin, memory, counts, manifold);
+        } else if (first.kind == ShapeKind::Box && second.kind == ShapeKind::Box) {
+            near = boxBox(a, b, margin, memory, scratch, counts, manifold);
+        } else if (first.kind == ShapeKind::Capsule) {
+            near = capsuleCapsule(a, b, margin, memory, counts, manifold);
+        } else {
+            near = convexPair(a, b, margin, memory, scratch, counts, manifold);
+        }
+        near = near && !isSeam(a, b, scratch, manifold);
+    }
+    if (near) {
+        out.push_back(manifold);
+    }
+}
+
+bool isSound(const WorkManifold& m) {
+    bool sound = m.count >= 1 && std::abs(m.normal.squaredNorm() - 1) < 1e-6;
+    for (int k = 0; k < m.count; ++k) {
+        const ContactPoint& p = m.points[static_cast<std::size_t>(k)];
+        sound = sound && p.onA.allFinite() && p.onB.allFinite() && std::isfinite(p.separation);
+    }
+    return sound;
+}
+
+// Where a method's answer is not usable: push along the remembered normal, the centre line, or up.
+bool repair(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, const Memory& memory,
+            WorkManifold& out) {
+    if (!isConvex(first.kind)) {
+        return false;
+    }
+    const Convex a = makeConvex(first);
+    const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
+    const Vec3d line = centreOf(b) - centreOf(a);
+    Vec3d n = Vec3d::UnitY();
+    if (memory.normal.allFinite() && memory.normal.squaredNorm() > 0.5) {
+        n = memory.normal;
+    } else if (line.allFinite() && line.norm() > 1e-9) {
+        n = line.normalized();
+    }
+    int hint = 0;
+    const Vec3d pa = supportCore(a, n, hint) + a.radius * n;
+    hint = 0;
+    const Vec3d pb = supportCore(b, -n, hint) - b.radius * n;
+    out = WorkManifold{};
+    out.normal = n;
+    out.count = 1;
+    out.points[0] = {pa, pb, (pb - pa).dot(n), 1};
+    return out.points[0].separation <= margin && isSound(out);
+}
+
+// The cache entry of a pair of shapes. Pairs are asked in a fixed order, so the next one is mostly beside the last.
+PairCache::Entry& entryOf(PairCache& cache, std::uint32_t shapeA, std::uint32_t shapeB, std::size_t& cursor) {
+    const std::size_t count = cache.entries.size();
+    for (std::size_t step = 0; step < count; ++step) {
+        const std::size_t i = (cursor + step) % count;
+        if (cache.entries[i].shapeA == shapeA && cache.entries[i].shapeB == shapeB) {
+            cursor = i + 1;
+            return cache.entries[i];
+        }
+    }
+    cache.entries.push_back({shapeA, shapeB, Vec3d::Zero(), -1});
+    cursor = count + 1;
+    return cache.entries.back();
+}
+
+}  // namespace
+
+void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
+             std::vector<Manifold>& out, NarrowCounts& counts) {
+    const Frame bodies = frameOf(aFromB);
+    const Frame bodiesBack = bodies.inverse();
+    const bool cull = a.size() > 1 || b.size() > 1;
+    thread_local std::vector<Aabb> boxesOfB;
+    if (cull) {
+        boxesOfB.clear();
+        for (const Shape& shape : b) {
+            boxesOfB.push_back(bounds(std::span(&shape, 1), aFromB).grown(margin));
+        }
+    }
+    std::size_t cursor = 0;
+    for (std::uint32_t i = 0; i < a.size(); ++i) {
+        const Aabb boxOfA = cull ? bounds(a.subspan(i, 1), Posed{}) : Aabb{};
+        const Frame poseA = frameOf(a[i].pose);
+        for (std::uint32_t j = 0; j < b.size(); ++j) {
+            if (cull && !boxOfA.overlaps(boxesOfB[j])) {
+                continue;
+            }
+            const bool swapped = rank(b[j].kind) < rank(a[i].kind);
+            const Shape& first = swapped ? b[j] : a[i];
+            const Shape& second = swapped ? a[i] : b[j];
+            if (!isConvex(second.kind)) {
+                continue;  // two static shapes
+            }
+            const Frame poseB = frameOf(b[j].pose);
+            const Frame bodyAFromFirst = swapped ? bodies * poseB : poseA;
+            const Frame firstFromSecond =
+                swapped ? bodyAFromFirst.inverse() * poseA : poseA.inverse() * (bodies * poseB);
+            const Frame bodyBFromFirst = swapped ? poseB : bodiesBack * poseA;
+
+            PairCache::Entry& entry = entryOf(cache, i, j, cursor);
+            Memory memory;
+            if (entry.normal.squaredNorm() > 0.5) {
+                memory.normal = bodyAFromFirst.rotation.transpose() * entry.normal;
+                if (swapped) {
+                    memory.normal = -memory.normal;
+                }
+            }
+            if (entry.reference >= 0) {
+                memory.reference = static_cast<std::int8_t>(swapped ? 1 - entry.reference : entry.reference);
+            }
+
+            std::vector<WorkManifold>& patches = patchesOfThread();
+            patches.clear();
+            bool failed = false;
+            try {
+                ask(first, second, firstFromSecond, margin, memory, counts, patches);
+            } catch (const std::exception&) {
+                failed = true;
+            }
+            failed = failed || !std::ranges::all_of(patches, isSound);
+            if (failed) {
+                ++counts.repairedFailures;
+                patches.assign(1, WorkManifold{});
+                if (!repair(first, second, firstFromSecond, margin, memory, patches.front())) {
+                    patches.clear();
+                }
+            }
+            entry.normal.setZero();
+            for (const WorkManifold& m : patches) {
+                Manifold& made = out.emplace_back();
+                made.shapeA = i;
+                made.shapeB = j;
+                made.patch = m.patch;
+                made.normal = bodyAFromFirst.rotation * (swapped ? Vec3d(-m.normal) : m.normal);
+                made.count = m.count;
+                for (int k = 0; k < m.count; ++k) {
+                    const ContactPoint& from = m.points[static_cast<std::size_t>(k)];
+                    ContactPoint& to = made.points[static_cast<std::size_t>(k)];
+                    to.onA = bodyAFromFirst * (swapped ? from.onB : from.onA);
+                    to.onB = bodyBFromFirst * (swapped ? from.onA : from.onB);
+                    to.separation = from.separation;
+                    to.feature = from.feature;
+                }
+                entry.normal = made.normal;
+                if (m.reference >= 0) {
+                    entry.reference = static_cast<std::int8_t>(swapped ? 1 - m.reference : m.reference);
+                }
+            }
+        }
+    }
+}
+
+std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double reach) {
+    std::array<int, 4> match{-1, -1, -1, -1};
+    std::array<bool, 4> taken{};
+    for (int k = 0; k < now.count; ++k) {
+        for (int i = 0; i < before.count; ++i) {
+            const auto ui = static_cast<std::size_t>(i);
+            if (!taken[ui] && before.points[ui].feature == now.points[static_cast<std::size_t>(k)].feature) {
+                match[static_cast<std::size_t>(k)] = i;
+                taken[ui] = true;
+                break;
+            }
+        }
+    }
+    // The nearest pair first, so that the answer does not hang on the order of the points.
+    for (int round = 0; round < 4; ++round) {
+        double nearest = reach * reach;
+        int bestNow = -1;
+        int bestBefore = -1;
+        for (int k = 0; k < now.count; ++k) {
+            for (int i = 0; i < before.count; ++i) {
+                const auto uk = static_cast<std::size_t>(k);
+                const auto ui = static_cast<std::size_t>(i);
+                if (match[uk] >= 0 || taken[ui]) {
+                    continue;
+                }
+                const double squared = (now.points[uk].onA - before.points[ui].onA).squaredNorm();
+                if (squared <= nearest) {
+                    nearest = squared;
+                    bestNow = k;
+                    bestBefore = i;
+                }
+            }
+        }
+        if (bestNow < 0) {
+            break;
+        }
+        match[static_cast<std::size_t>(bestNow)] = bestBefore;
+        taken[static_cast<std::size_t>(bestBefore)] = true;
+    }
+    return match;
+}
+
+}  // namespace cairn

@@ -1,0 +1,56 @@
+#pragma once
+// Where two bodies touch: contact manifolds of at most four points for each pair of shapes (and each patch of a mesh).
+// Everything is computed and answered in the pair's own frames, so that far from the origin is as good as near it.
+#include <cairn/narrow_counts.hpp>
+#include <cairn/shapes.hpp>
+
+#include <array>
+
+namespace cairn {
+
+struct ContactPoint {
+    Vec3d onA = Vec3d::Zero();  // on the surface of A, in A's body frame, m
+    Vec3d onB = Vec3d::Zero();  // on the surface of B, in B's body frame, m
+    double separation = 0;      // along the normal, m; negative: penetration
+    std::uint64_t feature = 0;  // which features meet; equal in two steps when the point is the same one
+};
+
+struct Manifold {
+    std::uint32_t shapeA = 0;  // indices into the bodies' shape lists
+    std::uint32_t shapeB = 0;
+    std::uint32_t patch = 0;        // tells the patches of one mesh-shape pair apart; 0 for convex pairs
+    Vec3d normal = Vec3d::UnitY();  // unit, from A to B, in A's body frame
+    int count = 0;                  // 1 to 4
+    std::array<ContactPoint, 4> points;
+};
+
+// What the narrow phase remembers of a pair of bodies from step to step (normals and reference faces, for speed and for
+// coherence). It never changes which configuration touches. Starts empty; copyable; drop it when a body's shapes
+// change.
+struct PairCache {
+    struct Entry {
+        std::uint32_t shapeA = 0;
+        std::uint32_t shapeB = 0;
+        Vec3d normal = Vec3d::Zero();  // last normal, A's frame; zero: none
+        std::int8_t reference = -1;    // which side held the reference face: 0 A, 1 B
+    };
+    std::vector<Entry> entries;
+};
+
+// Appends to `out` the manifolds of body A against body B, in a fixed order. aFromB: the pose of B's body frame in A's.
+// margin (m, >= 0): points up to this far apart are reported too, with positive separation, so that a resting contact
+// does not flicker and the solver can stop a body before it touches. Thread-safe for different caches. Never throws: a
+// pair that no method can answer is repaired and counted. Poses must be finite.
+void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
+             std::vector<Manifold>& out, NarrowCounts& counts);
+
+// For each point of `now`, the index of the same point in `before`, or -1: by feature first, then the nearest unmatched
+// one within `reach` (m) on A's surface.
+std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double reach = 0.02);
+
+// At most four of the points of one plane: the deepest, and those that spread along the diagonals of the frame of their
+// onA, the same ones from step to step. normal: of the plane, unit, in that frame. Returns how many; indices in
+// `chosen`.
+int spreadPoints(std::span<const ContactPoint> points, const Vec3d& normal, std::array<int, 4>& chosen);
+
+}  // namespace cairn

@@ -1,0 +1,60 @@
+#pragma once
+// Inside collision/ only. One function a family of pairs; narrow_phase.cpp chooses among them. The first shape stands
+// at the work frame's origin. Each appends nothing but answers whether anything is within the margin.
+#include "collision/narrow_phase/gjk.hpp"
+#include "collision/narrow_phase/manifold.hpp"
+#include "collision/shapes/triangles.hpp"
+
+namespace cairn {
+
+// What a pair of shapes remembers: the last normal in the work frame (zero: none) and the side of the reference face.
+struct Memory {
+    Vec3d normal = Vec3d::Zero();
+    std::int8_t reference = -1;
+};
+
+// box_box.cpp
+bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
+            NarrowCounts& counts, WorkManifold& out);
+
+// closed_forms.cpp: b is a sphere, a anything convex; both are capsules; a is a half-space
+bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const Memory& memory, NarrowCounts& counts,
+                   WorkManifold& out);
+bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memory& memory, NarrowCounts& counts,
+                    WorkManifold& out);
+bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, double margin, Scratch& scratch,
+                      WorkManifold& out);
+
+// convex_pair.cpp: any two convex shapes
+bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
+                NarrowCounts& counts, WorkManifold& out);
+
+// The way out of overlapping cores: the least overlap over the normal of MPR, all flat faces of both, the remembered
+// normal, the centre line and a search over all directions, then descent from the best of them. scale: a length of the
+// smaller shape, m. Its normal is always set; with State::Apart, its points are those of the cores that touch last on
+// the way.
+GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+                 NarrowCounts& counts);
+// One point along n, or two where lines lie along each other: where no flat face takes part. near: what gjk or wayOut
+// answered for the pair; its points are taken if it has them.
+void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& near, double margin,
+                  WorkManifold& out);
+
+// seam.cpp: tiles of one floor must not stop what slides over them a little sunk in. True where two flat-sided shapes
+// meet in a strip of no width only because they overlap, or miss each other, by less than 1 mm (2 % of the thinner one)
+// along a face across the contact: such a strip carries nothing, but would trip.
+bool isSeam(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met);
+
+// The signed distance of a point to a shape that is not placed: negative inside.
+struct SurfacePoint {
+    Vec3d point;   // nearest on the surface
+    Vec3d normal;  // unit, outward
+    double distance = 0;
+};
+SurfacePoint nearestSurface(const Convex& shape, const Vec3d& point);
+
+// mesh_manifold.cpp: a mesh or height field and a convex shape; appends one manifold a patch.
+void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+                 std::vector<WorkManifold>& out);
+
+}  // namespace cairn

@@ -1,0 +1,76 @@
+#include "collision/narrow_phase/pairs.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// m: what a resting body may be sunk in. scale: a length of the smaller shape, m.
+double seamDepth(double scale) {
+    return std::min(1e-3, 0.02 * scale);
+}
+
+bool hasFlatSides(const Convex& s) {
+    return s.kind == ShapeKind::Box || s.kind == ShapeKind::Hull || s.kind == ShapeKind::Cylinder;
+}
+
+// The width of the patch of contacts across its longest way.
+double widthOf(const WorkManifold& m) {
+    if (m.count < 3) {
+        return 0;
+    }
+    const auto at = [&](int k) -> const Vec3d& { return m.points[static_cast<std::size_t>(k)].onA; };
+    Vec3d longest = Vec3d::Zero();
+    int from = 0;
+    for (int i = 0; i < m.count; ++i) {
+        for (int k = 0; k < i; ++k) {
+            if ((at(i) - at(k)).squaredNorm() > longest.squaredNorm()) {
+                longest = at(i) - at(k);
+                from = k;
+            }
+        }
+    }
+    const double length = longest.norm();
+    double width = 0;
+    for (int i = 0; i < m.count && length > 0; ++i) {
+        width = std::max(width, (at(i) - at(from)).cross(longest).norm() / length);
+    }
+    return width;
+}
+
+}  // namespace
+
+bool isSeam(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met) {
+    if (!hasFlatSides(a) || !hasFlatSides(b)) {
+        return false;
+    }
+    const double seam = seamDepth(std::min(scaleOf(a), scaleOf(b)));
+    if (widthOf(met) > 2 * seam) {
+        return false;
+    }
+    double deepest = 1e300;
+    for (int k = 0; k < met.count; ++k) {
+        deepest = std::min(deepest, met.points[static_cast<std::size_t>(k)].separation);
+    }
+    // Cosine below which a face is across the contact: while they are apart, the way from edge to edge may be aslant. A
+    // face's own normal never is: cards that lean on each other touch whichever side of 0 round-off leaves their gap.
+    const double across = met.reference < 0 && deepest > 0 ? 0.95 : 0.5;
+    OverlapOf overlap{a, b};
+    for (const bool ofB : {false, true}) {
+        const Convex& holder = ofB ? b : a;
+        const Convex& other = ofB ? a : b;
+        scratch.normals.clear();
+        appendNormals(holder, centreOf(other), scratch.normals);
+        if (holder.kind == ShapeKind::Cylinder) {
+            scratch.normals.resize(2);  // without its round side
+        }
+        for (const Vec3d& face : scratch.normals) {
+            if (std::abs(face.dot(met.normal)) < across && std::abs(overlap(ofB ? Vec3d(-face) : face)) <= seam) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+}  // namespace cairn

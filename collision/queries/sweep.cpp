@@ -1,0 +1,429 @@
+#include "collision/queries/sweep.hpp"
+#include "collision/narrow_phase/pairs.hpp"
+#include "collision/shapes/box_walk.hpp"
+#include "collision/shapes/hull.hpp"
+
+#include <cmath>
+
+namespace cairn {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// Searches for a direction before a pair is given up as met where it stands; 1000 random shots need 40 at most.
+constexpr int searchLimit = 200;
+// Steps along one direction before the next search: a support costs a tenth of a search.
+constexpr int stepsAlong = 12;
+// Neighbours whose normals are within 45 degrees are parts of one face that is run into.
+constexpr double sameWay = 0.7;
+
+// How far turning about `centre` (body frame) can carry the points whose support the distance is taken from: roundings
+// turn in themselves and do not count.
+double armOf(const Shape& shape, const Vec3d& centre) {
+    if (!isConvex(shape.kind)) {
+        return 0;  // asked triangle by triangle, or from the other's side
+    }
+    const Vec3d local = shape.pose.inverse() * centre;
+    switch (shape.kind) {
+        case ShapeKind::Sphere:
+            return local.norm();
+        case ShapeKind::Capsule:
+            return std::hypot(std::hypot(local.x(), local.z()), std::abs(local.y()) + shape.size.y());
+        default:
+            return boundingRadius({&shape, 1}, centre);
+    }
+}
+
+// While two shapes were within the gap of each other without a meeting: from impact.fraction to `end`.
+struct Closeness {
+    Impact impact;
+    double end = 0;
+};
+
+struct Slack {
+    double gap;        // m, at which they meet
+    double tolerance;  // m, within which the gap is found
+    double most;       // m, depth that is still no meeting; < 0: any is
+};
+
+// Two convex shapes (A may be a triangle or a half-space) on their way.
+class Pair {
+public:
+    // poses: of the shapes in their bodies.
+    Pair(const Motion& motionA, const Posed& poseA, const Motion& motionB, const Posed& poseB, const Convex& a,
+         const Convex& b, double armA, double armB)
+        : motionA_(motionA), motionB_(motionB), poseA_(poseA), poseB_(poseB), a_(a), b_(b), armA_(armA), armB_(armB) {
+        b_.placed = true;
+    }
+
+    // A half-space instead of A.
+    void setPlane(const Vec3d& normal, double offset) {
+        isPlane_ = true;
+        normal_ = normal;
+        offset_ = offset;
+    }
+
+    // The first fraction below `limit` at which they meet; false: none. Appends to `passed` when they were close only.
+    bool run(const Slack& slack, double limit, Impact& impact, std::vector<Closeness>& passed) {
+        double t = 0;
+        place(t);
+        look();
+        bool wasClose = separation_ <= slack.gap + slack.tolerance;
+        bool fromStart = wasClose;
+        if (wasClose && slack.most < 0) {
+            report(t, impact);
+            return true;
+        }
+        double floor = wasClose ? std::min(-slack.most, separation_ - slack.most) : -slack.most;
+        double met = 0;  // where the present closeness began
+        if (wasClose) {
+            report(t, impact);
+        }
+        for (int search = 0; search < searchLimit; ++search) {
+            if (search > 0) {
+                look();
+            }
+            if (separation_ <= slack.gap + slack.tolerance) {
+                if (slack.most < 0) {
+                    report(t, impact);
+                    return true;
+                }
+                if (!wasClose) {
+                    wasClose = true;
+                    met = t;
+                    floor = -slack.most;
+                    report(t, impact);
+                }
+                if (separation_ <= floor + slack.tolerance) {
+                    impact.fraction = fromStart ? t : met;
+                    return true;
+                }
+            } else if (wasClose) {
+                wasClose = false;
+                fromStart = false;
+                passed.push_back({impact, t});
+            }
+            const double target = wasClose ? floor : slack.gap;
+            const Vec3d fixed = rotationA_ * normal_;
+            for (int step = 0; step < stepsAlong; ++step) {
+                const double speed = approach(fixed);
+                // At a speed of 0 or less they never get nearer along this direction.
+                t = speed <= 0 ? infinity : t + (separation_ - target) / speed;
+                if (t >= limit) {
+                    if (wasClose) {
+                        passed.push_back({impact, infinity});
+                    }
+                    return false;
+                }
+                place(t);
+                if (!isPlane_) {
+                    normal_ = rotationA_.transpose() * fixed;
+                }
+                separation_ = along();
+                if (separation_ <= target + slack.tolerance || isPlane_) {
+                    break;
+                }
+            }
+        }
+        if (!wasClose) {
+            report(t, impact);
+            met = t;
+        }
+        impact.fraction = met;
+        impact.isExact = false;
+        return true;
+    }
+
+    // The most by which they near each other along a direction, m a motion.
+    double approach(const Vec3d& worldNormal) const {
+        const double along = (motionA_.displacement - motionB_.displacement).dot(worldNormal);
+        const double turnB = worldNormal.cross(motionB_.turn).norm() * armB_;
+        const double turnA = worldNormal.cross(motionA_.turn).norm() * armA_;
+        return along + turnA + turnB;
+    }
+
+private:
+    void place(double t) {
+        const Posed worldFromA = motionA_.at(t) * poseA_;
+        const Posed worldFromB = motionB_.at(t) * poseB_;
+        const Posed aFromB = relativePose(worldFromA, worldFromB);
+        origin_ = worldFromA.position;
+        rotationA_ = worldFromA.rotation.toRotationMatrix();
+        b_.rotation = aFromB.rotation.toRotationMatrix();
+        b_.position = aFromB.position;
+    }
+
+    // The direction that parts the shapes most where they are now, and by how much.
+    void look() {
+        if (isPlane_) {
+            separation_ = along();
+            return;
+        }
+        const Vec3d start = normal_.squaredNorm() > 0.5 ? normal_ : Vec3d(centreOf(b_) - centreOf(a_));
+        const GjkAnswer g = gjk(a_, b_, start, Vec3d::Zero(), infinity);
+        near_ = g;
+        if (g.state == GjkAnswer::State::Apart) {
+            normal_ = g.normal;
+            separation_ = along();
+            return;
+        }
+        const Vec3d before = normal_;
+        Memory memory;
+        memory.normal = before;
+        NarrowCounts counts;
+        near_ = wayOut(a_, b_, memory, std::min(scaleOf(a_), scaleOf(b_)), scratch_, counts);
+        normal_ = near_.normal;
+        separation_ = along();
+        // What has parted them so far may still do so better.
+        if (before.squaredNorm() > 0.5) {
+            normal_ = before;
+            const double old = along();
+            if (old >= separation_) {
+                separation_ = old;
+            } else {
+                normal_ = near_.normal;
+            }
+        }
+    }
+
+    double along() {
+        if (isPlane_) {
+            return -reach(b_, -normal_, hintB_) - offset_;
+        }
+        return -reach(a_, normal_, hintA_) - reach(b_, -normal_, hintB_);
+    }
+
+    void report(double t, Impact& impact) {
+        impact.fraction = t;
+        impact.separation = separation_;
+        impact.normal = rotationA_ * normal_;
+        impact.isExact = true;
+        const Vec3d onB = !isPlane_ && near_.state == GjkAnswer::State::Apart
+                              ? Vec3d(near_.onB - b_.radius * normal_)
+                              : Vec3d(supportCore(b_, -normal_, hintB_) - b_.radius * normal_);
+        impact.point = origin_ + rotationA_ * Vec3d(onB - 0.5 * separation_ * normal_);
+    }
+
+    const Motion& motionA_;
+    const Motion& motionB_;
+    Posed poseA_;
+    Posed poseB_;
+    Convex a_;
+    Convex b_;
+    double armA_;
+    double armB_;
+    bool isPlane_ = false;
+    double offset_ = 0;
+    Vec3d normal_ = Vec3d::Zero();  // A's shape frame, A to B
+    double separation_ = 0;
+    GjkAnswer near_;
+    Mat3d rotationA_ = Mat3d::Identity();
+    Vec3d origin_ = Vec3d::Zero();
+    int hintA_ = 0;
+    int hintB_ = 0;
+    Scratch scratch_;
+};
+
+// What one pair of shapes needs; `first` may be a half-space or a surface, `second` is convex.
+struct Sides {
+    const Shape& first;
+    const Motion& firstMotion;
+    const Shape& second;
+    const Motion& secondMotion;
+};
+
+double slackOf(const Shape& first, const Shape& second, double wanted) {
+    if (wanted < 0) {
+        return wanted;
+    }
+    double inner = innerRadius(second);
+    if (isConvex(first.kind)) {
+        inner = std::min(inner, innerRadius(first));
+    }
+    return std::min(wanted, 0.25 * inner);
+}
+
+bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double limit, Impact& impact,
+                     std::vector<Closeness>& passed) {
+    const Convex b = makeConvex(s.second);
+    const double armB = armOf(s.second, s.secondMotion.centre);
+    const double radius = boundingRadius({&s.second, 1}, s.secondMotion.centre) + slack.gap;
+    // The path of B's centre in the frame of the surface.
+    const Posed worldFromSurface = s.firstMotion.start * s.first.pose;
+    const Posed centre0 = relativePose(worldFromSurface, Posed{s.secondMotion.start * s.secondMotion.centre, {}});
+    const bool turns = s.firstMotion.turn.squaredNorm() > 0;
+    const Vec3d motion =
+        worldFromSurface.rotation.conjugate() * Vec3d(s.secondMotion.displacement - s.firstMotion.displacement);
+    // Where the surface turns under it, the centre's path bends: by no more than the arc about the surface's own
+    // centre.
+    double bend = 0;
+    if (turns) {
+        const double arm =
+            (s.secondMotion.start * s.secondMotion.centre - s.firstMotion.start * s.firstMotion.centre).norm() +
+            motion.norm();
+        bend = 2 * arm * std::min(1.0, 0.5 * s.firstMotion.turn.norm());
+    }
+    const Posed shapeB = relativePose(worldFromSurface, s.secondMotion.start * s.second.pose);
+    Convex placed = b;
+    placed.placed = true;
+    placed.rotation = shapeB.rotation.toRotationMatrix();
+    placed.position = shapeB.position;
+    const Vec3d inside = centreOf(placed);
+    bool found = false;
+    sweepTriangles(
+        s.first, centre0.position, motion, Vec3d::Constant(radius + bend), limit, [&](int index, double within) {
+            const Triangle t = triangleOf(s.first, index);
+            if (!backFaces && t.face.dot(inside - t.corners[0]) < 0) {
+                return within;
+            }
+            double armA = 0;
+            for (const Vec3d& corner : t.corners) {
+                armA = std::max(armA, (s.first.pose * corner - s.firstMotion.centre).norm());
+            }
+            Pair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose,
+                      makeTriangle(t.corners[0], t.corners[1], t.corners[2]), b, armA, armB);
+            Impact at;
+            // Over an edge that no side is free of, only the face can be run into.
+            const auto takeFace = [&](Impact& of) {
+                const Mat3d turn = (s.firstMotion.at(of.fraction) * s.first.pose).rotation.toRotationMatrix();
+                const Vec3d n = turn.transpose() * of.normal;
+                if (!backFaces && n.dot(t.face) < sameNormal && ((t.active >> edgeToward(t, n)) & 1u) == 0) {
+                    of.normal = turn * t.face;
+                }
+            };
+            const std::size_t first = passed.size();
+            const bool met = pair.run(slack, within, at, passed);
+            for (std::size_t k = first; k < passed.size(); ++k) {
+                passed[k].impact.triangle = index;
+                takeFace(passed[k].impact);
+            }
+            if (!met || (found && at.fraction == impact.fraction && index > impact.triangle)) {
+                return within;
+            }
+            found = true;
+            impact = at;
+            impact.triangle = index;
+            takeFace(impact);
+            return at.fraction;
+        });
+    return found;
+}
+
+bool impactOf(const Sides& s, const ImpactSettings& settings, double tolerance, bool backFaces, double limit,
+              Impact& impact, std::vector<Closeness>& passed) {
+    const Slack slack{settings.gap, tolerance, slackOf(s.first, s.second, settings.slack)};
+    if (isSurface(s.first.kind)) {
+        return impactOnSurface(s, slack, backFaces, limit, impact, passed);
+    }
+    const double armB = armOf(s.second, s.secondMotion.centre);
+    if (s.first.kind == ShapeKind::HalfSpace) {
+        // A plane that turns sweeps past B at B's distance from its centre.
+        const double distance =
+            (s.secondMotion.start * s.secondMotion.centre - s.firstMotion.start * s.firstMotion.centre).norm() +
+            (s.secondMotion.displacement - s.firstMotion.displacement).norm() +
+            boundingRadius({&s.second, 1}, s.secondMotion.centre);
+        Pair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose, Convex{}, makeConvex(s.second), distance,
+                  armB);
+        pair.setPlane(s.first.size, s.first.offset);
+        return pair.run(slack, limit, impact, passed);
+    }
+    Pair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose, makeConvex(s.first), makeConvex(s.second),
+              armOf(s.first, s.firstMotion.centre), armB);
+    return pair.run(slack, limit, impact, passed);
+}
+
+std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
+                                  const Motion& motionB, const ImpactSettings& settings, double tolerance,
+                                  bool backFaces) {
+    std::optional<Impact> best;
+    std::vector<Closeness> passed;
+    double limit = std::nextafter(1.0, 2.0);  // a meeting at the very end counts
+    for (std::uint32_t i = 0; i < a.size(); ++i) {
+        for (std::uint32_t j = 0; j < b.size(); ++j) {
+            const bool swapped = !isConvex(b[j].kind);
+            if (swapped && !isConvex(a[i].kind)) {
+                continue;
+            }
+            const Sides sides = swapped ? Sides{b[j], motionB, a[i], motionA} : Sides{a[i], motionA, b[j], motionB};
+            Impact impact;
+            const std::size_t first = passed.size();
+            const bool met = impactOf(sides, settings, tolerance, backFaces, limit, impact, passed);
+            const auto name = [&](Impact& of) {
+                of.normal = swapped ? Vec3d(-of.normal) : of.normal;
+                of.shapeA = i;
+                of.shapeB = j;
+            };
+            for (std::size_t k = first; k < passed.size(); ++k) {
+                name(passed[k].impact);
+            }
+            if (met) {
+                name(impact);
+                limit = impact.fraction;
+                best = impact;
+            }
+        }
+    }
+    // Across a seam it is the neighbour that is met in the end, but the meeting began where the first of them was near.
+    // What was near for longer than it takes to sink by the slack is another thing that happens to face the same way.
+    const Vec3d relative = motionA.displacement - motionB.displacement;
+    const double turning = passed.empty() ? 0
+                                          : motionA.turn.norm() * turningRadius(a, motionA.centre) +
+                                                motionB.turn.norm() * turningRadius(b, motionB.centre);
+    for (bool earlier = best.has_value(); earlier;) {
+        earlier = false;
+        for (const Closeness& c : passed) {
+            const double sunk = (best->fraction - c.impact.fraction) * (relative.dot(best->normal) - turning);
+            if (c.impact.fraction > 0 && c.impact.fraction < best->fraction && c.end >= best->fraction &&
+                c.impact.normal.dot(best->normal) > sameWay && sunk < settings.slack + settings.gap) {
+                best = c.impact;
+                earlier = true;
+            }
+        }
+    }
+    return best;
+}
+
+}  // namespace
+
+Posed Motion::at(double fraction) const {
+    const Vec3d place = start * centre + fraction * displacement;
+    const Quatd turned = (expQuat<double>(fraction * turn) * start.rotation).normalized();
+    return {place - turned * centre, turned};
+}
+
+std::optional<Impact> timeOfImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
+                                   const Motion& motionB, const ImpactSettings& settings) {
+    CAIRN_CHECK(settings.gap > 0 && settings.slack >= 0, "a gap must be positive and slack not negative");
+    return firstImpact(a, motionA, b, motionB, settings, 0.1 * settings.gap, false);
+}
+
+std::optional<Impact> shapeCast(std::span<const Shape> moving, const Posed& start, const Vec3d& displacement,
+                                std::span<const Shape> standing, const Posed& pose) {
+    // GJK tells distances from 1e-7 m on.
+    constexpr ImpactSettings touching{.gap = 5e-6, .slack = -1};
+    Motion path;
+    path.start = start;
+    path.displacement = displacement;
+    Motion still;
+    still.start = pose;
+    std::optional<Impact> hit = firstImpact(moving, path, standing, still, touching, 5e-6, true);
+    if (hit && hit->separation > 0) {
+        // What is left along the normal, so that the fraction is that of the touch.
+        const double speed = displacement.dot(hit->normal);
+        if (speed > 0) {
+            hit->fraction = std::min(1.0, hit->fraction + hit->separation / speed);
+            hit->point += 0.5 * hit->separation * hit->normal;
+            hit->separation = 0;
+        }
+    }
+    return hit;
+}
+
+double turningRadius(std::span<const Shape> shapes, const Vec3d& centre) {
+    double most = 0;
+    for (const Shape& shape : shapes) {
+        most = std::max(most, armOf(shape, centre));
+    }
+    return most;
+}
+
+}  // namespace cairn

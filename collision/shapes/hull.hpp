@@ -1,0 +1,33 @@
+#pragma once
+// A convex polyhedron: what FCL's Convex lacks (planes, edges, adjacency), made once and shared.
+#include "base/base.hpp"
+
+#include <array>
+#include <vector>
+
+namespace cairn {
+
+struct Hull {
+    struct Face {
+        Vec3d normal;               // unit, outward
+        double offset = 0;          // normal . x = offset on the face
+        std::vector<int> vertices;  // loop, counter-clockwise seen from outside
+    };
+    std::vector<Vec3d> vertices;  // m, shape frame
+    std::vector<Face> faces;
+    std::vector<std::vector<int>> neighbours;  // of each vertex along edges, for hill-climbing supports
+    std::vector<std::array<int, 2>> edges;     // each once, first < second
+    Vec3d centre = Vec3d::Zero();              // mean of the vertices: strictly inside
+};
+
+// Checks and completes a closed convex polyhedron; see hull() in shape.hpp for what is asked of it. Coplanar
+// neighbouring faces (a box cut into triangles) become one face, so that contacts are clipped against the whole of it;
+// vertices that are then no corner are left out.
+Hull makeHull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces);
+
+// Index of the vertex farthest along `direction`, by hill climbing from `start`; ties go to the lowest index reached.
+int supportVertex(const Hull& hull, const Vec3d& direction, int start = 0);
+// Index of the face whose outward normal is closest to `direction`.
+int supportFace(const Hull& hull, const Vec3d& direction);
+
+}  // namespace cairn

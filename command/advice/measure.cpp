@@ -1,0 +1,30 @@
+#include "command/advice/measure.hpp"
+
+#include <ctime>
+
+namespace cairn {
+
+double cpuSeconds() {
+#ifdef CLOCK_PROCESS_CPUTIME_ID
+    if (timespec now{}; clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now) == 0) {
+        return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    }
+#endif
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+Scene withoutBudget(Scene scene) {
+    scene.world.accuracy.budget = 0;
+    return scene;
+}
+
+void Repeats::add(double seconds) {
+    if (seconds < least_) {
+        second_ = least_;
+        least_ = seconds;
+    } else if (seconds < second_) {
+        second_ = seconds;
+    }
+}
+
+}  // namespace cairn

@@ -1,0 +1,286 @@
+// Recordings as files: JSON, one top-level field a line.
+#include "command/recording/record.hpp"
+#include "demos/base64.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+#include <cinttypes>
+#include <cstdio>
+#include <limits>
+
+namespace cairn {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int formatVersion = 1;
+constexpr const char* formatField = "cairn_recording";
+constexpr const char* recordAnew = "the file is damaged or was changed by hand: record it anew";
+
+std::string hexOf(std::uint64_t x) {
+    char words[17];
+    std::snprintf(words, sizeof words, "%016" PRIx64, x);
+    return words;
+}
+
+// Reads fields, and says where one is amiss.
+class Place {
+public:
+    Place(const Json& json, std::string where) : json_(json), where_(std::move(where)) {}
+
+    Place at(const std::string& key) const {
+        if (!json_.is_object() || !json_.contains(key)) {
+            fail(where_ + "/" + key, "nothing", recordAnew);
+        }
+        return {json_.at(key), where_ + "/" + key};
+    }
+    Place at(std::size_t i) const { return {json_.at(i), where_ + "/" + std::to_string(i)}; }
+    // The place of a list of `count` things.
+    Place list(const std::string& key, std::size_t count) const {
+        Place found = at(key);
+        if (!found.json_.is_array() || found.json_.size() != count) {
+            found.refuse("it must be a list of " + std::to_string(count) + ": " + recordAnew);
+        }
+        return found;
+    }
+    std::size_t size() const { return json_.size(); }
+    const Json& json() const { return json_; }
+
+    std::string text() const {
+        if (!json_.is_string()) {
+            refuse(std::string("it must be a text: ") + recordAnew);
+        }
+        return json_.get<std::string>();
+    }
+    // null stands for infinity, which JSON has not.
+    double number() const {
+        if (json_.is_null()) {
+            return std::numeric_limits<double>::infinity();
+        }
+        if (!json_.is_number()) {
+            refuse(std::string("it must be a number: ") + recordAnew);
+        }
+        return json_.get<double>();
+    }
+    int whole(int least, int most) const {
+        if (!json_.is_number_integer() || json_ < least || json_ > most) {
+            refuse("it must be a whole number from " + std::to_string(least) + " to " + std::to_string(most) + ": " +
+                   recordAnew);
+        }
+        return json_.get<int>();
+    }
+    std::uint64_t hex() const {
+        const std::string words = text();
+        std::uint64_t x = 0;
+        const char* const end = words.data() + words.size();
+        const auto read = std::from_chars(words.data(), end, x, 16);
+        if (words.size() != 16 || read.ec != std::errc() || read.ptr != end) {
+            refuse(std::string("it must be 16 hexadecimal digits: ") + recordAnew);
+        }
+        return x;
+    }
+    [[noreturn]] void refuse(const std::string& remedy) const {
+        const std::string value = json_.dump();
+        fail(where_, value.size() > 40 ? value.substr(0, 40) + "..." : value, remedy);
+    }
+
+private:
+    [[noreturn]] static void fail(const std::string& where, const std::string& value, const std::string& remedy) {
+        throw InputError(where, value, remedy);
+    }
+
+    const Json& json_;
+    std::string where_;
+};
+
+template <class Get>
+Json listOf(const std::vector<RecordedStep>& steps, const Get& get) {
+    Json list = Json::array();
+    for (const RecordedStep& step : steps) {
+        list.push_back(get(step));
+    }
+    return list;
+}
+
+Json stepsJson(const std::vector<RecordedStep>& steps) {
+    using Step = const RecordedStep&;
+    Json json = {{"hash", listOf(steps, [](Step s) { return hexOf(s.hash); })},
+                 {"penetration_m", listOf(steps, [](Step s) { return s.penetration; })},
+                 {"joint_gap_m", listOf(steps, [](Step s) { return s.jointGap; })},
+                 {"flags", listOf(steps, [](Step s) { return s.flags; })},
+                 {"contacts", listOf(steps, [](Step s) { return s.contacts; })},
+                 {"awake", listOf(steps, [](Step s) { return s.awake; })},
+                 {"deepest", listOf(steps, [](Step s) { return s.deepest; })},
+                 {"widest", listOf(steps, [](Step s) { return s.widest; })}};
+    if (!steps.empty() && steps.front().effort >= 0) {
+        json["effort"] = listOf(steps, [](Step s) { return s.effort; });
+        json["most_work"] = listOf(steps, [](Step s) { return s.mostWork; });
+    }
+    return json;
+}
+
+std::vector<RecordedStep> readSteps(const Place& place, int bodies, int joints) {
+    constexpr int most = 1 << 30;
+    std::vector<RecordedStep> steps(place.at("hash").size());
+    const auto list = [&](const char* key) { return place.list(key, steps.size()); };
+    const Place hash = list("hash"), penetration = list("penetration_m"), gap = list("joint_gap_m"),
+                flags = list("flags"), contacts = list("contacts"), awake = list("awake"), deepest = list("deepest"),
+                widest = list("widest");
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        RecordedStep& step = steps[i];
+        step.hash = hash.at(i).hex();
+        step.penetration = penetration.at(i).number();
+        step.jointGap = gap.at(i).number();
+        step.flags = static_cast<std::uint32_t>(flags.at(i).whole(0, most));
+        step.contacts = contacts.at(i).whole(0, most);
+        step.awake = awake.at(i).whole(0, most);
+        const Place pair = deepest.at(i);
+        if (!pair.json().is_array() || pair.size() != 2) {
+            pair.refuse(std::string("it must be two bodies: ") + recordAnew);
+        }
+        step.deepest = {pair.at(0).whole(-1, bodies - 1), pair.at(1).whole(-1, bodies - 1)};
+        step.widest = widest.at(i).whole(-1, joints - 1);
+    }
+    if (place.json().contains("effort")) {
+        const Place efforts = list("effort");
+        const Place mostWork = list("most_work");
+        for (std::size_t i = 0; i < steps.size(); ++i) {
+            steps[i].effort = efforts.at(i).whole(0, 11);
+            steps[i].mostWork = mostWork.at(i).number();
+        }
+    }
+    return steps;
+}
+
+void checkTrack(const std::string& bytes, int frames, const Place& place) {
+    PoseTrackReader reader(bytes);
+    for (int k = 0; k < frames; ++k) {
+        if (!reader.next()) {
+            place.refuse("it ends after " + std::to_string(k) + " of " + std::to_string(frames) +
+                         " poses: " + recordAnew);
+        }
+    }
+    if (!reader.done()) {
+        place.refuse("it goes on after its " + std::to_string(frames) + " poses: " + recordAnew);
+    }
+}
+
+void requireVersion(const Place& place, const std::string& file, bool anyVersion) {
+    const Place format = place.at(formatField);
+    if (format.json() != formatVersion) {
+        format.refuse("this program reads recordings of format " + std::to_string(formatVersion) +
+                      "; replay it with the version that recorded it (" +
+                      (place.json().contains("version") ? place.json()["version"].dump() : "unknown") + ")");
+    }
+    if (const std::string version = place.at("version").text(); version != engineVersion() && !anyVersion) {
+        throw InputError(file + ":/version", "\"" + version + "\"",
+                         "this is version " + engineVersion() +
+                             ", which may compute other bits; replay it with the version that recorded it, or add "
+                             "--any-version to see what has changed");
+    }
+}
+
+// Throws InputError where it is no recording.
+Json parsed(const std::string& text, const std::string& file) {
+    Json json;
+    try {
+        json = Json::parse(text);
+    } catch (const nlohmann::json::parse_error& error) {
+        throw InputError(
+            file + ":byte " + std::to_string(error.byte), "no whole JSON",
+            error.byte >= text.size() ? "the file is cut off: copy it again, or record it anew" : recordAnew);
+    }
+    if (!json.is_object() || !json.contains(formatField)) {
+        throw InputError(file, "no recording",
+                         json.is_object() && json.contains("cairn")
+                             ? "it is a scene: `cairn record` makes a recording of it"
+                             : "give a file that `cairn record` wrote");
+    }
+    return json;
+}
+
+}  // namespace
+
+std::string toText(const Recording& recording) {
+    Json json;
+    json[formatField] = formatVersion;
+    json["version"] = recording.version;
+    json["build"] = recording.build;
+    json["precision"] = name(recording.precision);
+    json["threads"] = recording.threads;
+    json["dt"] = recording.scene.dt;
+    json["scene"] = Json::parse(toJson(recording.scene));
+    json["steps"] = stepsJson(recording.steps);
+    Json tracks = Json::array();
+    for (const std::string& track : recording.tracks) {
+        tracks.push_back(toBase64(track));
+    }
+    json["poses"] = {{"every", recording.every},
+                     {"frames", recording.frameCount()},
+                     {"unit_m", positionUnit},
+                     {"unit_rotation", rotationUnit},
+                     {"bodies", std::move(tracks)}};
+    std::string text;
+    for (const auto& [key, value] : json.items()) {
+        text += (text.empty() ? "{ " : ",\n  ") + Json(key).dump() + ": " + value.dump();
+    }
+    return text + " }\n";
+}
+
+bool isRecording(const std::string& text) {
+    return text.substr(0, 200).find(std::string("\"") + formatField + "\"") != std::string::npos;
+}
+
+Scene recordedScene(const std::string& text, const std::string& file) {
+    const Json json = parsed(text, file);
+    return parseScene(Place(json, file + ":").at("scene").json().dump(), ".", file + ":/scene");
+}
+
+Recording parseRecording(const std::string& text, const std::string& file, bool anyVersion) {
+    const Json json = parsed(text, file);
+    const Place place(json, file + ":");
+    requireVersion(place, file, anyVersion);
+    Recording recording;
+    recording.version = place.at("version").text();
+    recording.build = place.at("build").text();
+    const std::string precision = place.at("precision").text();
+    if (precision != name(Precision::Float) && precision != name(Precision::Double)) {
+        place.at("precision").refuse(std::string("float or double: ") + recordAnew);
+    }
+    recording.precision = precision == name(Precision::Float) ? Precision::Float : Precision::Double;
+    recording.threads = place.at("threads").whole(1, 1 << 20);
+    recording.scene = parseScene(place.at("scene").json().dump(), ".", file + ":/scene");
+    if (place.at("dt").number() != recording.scene.dt) {
+        place.at("dt").refuse("its scene says " + std::to_string(recording.scene.dt) + " s: " + recordAnew);
+    }
+    const Place poses = place.at("poses");
+    recording.every = poses.at("every").whole(1, 1 << 30);
+    const std::size_t count = makeSimulation(recording.scene, recording.precision)->bodyCount();
+    recording.steps =
+        readSteps(place.at("steps"), static_cast<int>(count), static_cast<int>(recording.scene.joints.size()));
+    if (recording.scene.world.accuracy.budget > 0 && !recording.steps.empty() && recording.steps.front().effort < 0) {
+        throw InputError(file + ":/steps/effort", "nothing",
+                         std::string("a run under a budget has one number a step: ") + recordAnew);
+    }
+    const int frames = recording.frameCount();
+    if (poses.at("frames").number() != frames) {
+        poses.at("frames").refuse("its steps make " + std::to_string(frames) + ": " + recordAnew);
+    }
+    if (poses.at("unit_m").number() != positionUnit || poses.at("unit_rotation").number() != rotationUnit) {
+        poses.refuse("its units are not those of this version");
+    }
+    const Place tracks = poses.list("bodies", count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::optional<std::string> bytes = fromBase64(tracks.at(i).text());
+        if (!bytes) {
+            tracks.at(i).refuse(std::string("it is no base64: ") + recordAnew);
+        }
+        checkTrack(*bytes, frames, tracks.at(i));
+        recording.tracks.push_back(*bytes);
+    }
+    return recording;
+}
+
+}  // namespace cairn

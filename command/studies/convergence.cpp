@@ -1,0 +1,654 @@
+#include "command/studies/convergence.hpp"
+#include "command/studies/straight_chain.hpp"
+#include "engine/solve/position/body_descent.hpp"
+#include "engine/solve/velocity/gauss_seidel.hpp"
+
+#include <map>
+
+namespace cairn {
+
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+using Problem = RowProblem<double>;
+using Sweep = std::function<void(Problem&)>;
+
+constexpr std::size_t longestHistory = 400;
+
+// |error| and |residual|, as shares of those at the start.
+struct Left {
+    double error = 1;
+    double residual = 1;
+};
+
+Vector toVector(const std::vector<double>& x) {
+    return Eigen::Map<const Vector>(x.data(), static_cast<Eigen::Index>(x.size()));
+}
+
+double spectralRadius(const Matrix& G) {
+    return Eigen::EigenSolver<Matrix>(G, false).eigenvalues().cwiseAbs().maxCoeff();
+}
+
+// Marks the levels that `left` reaches at iteration k and not before. True once all are reached.
+bool note(MethodConvergence& method, int k, const Left& left) {
+    bool all = true;
+    // The start's own round-off must not decide where a method lands exactly on a level.
+    constexpr double even = 1 + 1e-12;
+    for (std::size_t a = 0; a < removedShares.size(); ++a) {
+        const double most = (1 - removedShares[a]) * even;
+        if (method.error[a] == 0 && left.error <= most) {
+            method.error[a] = k;
+        }
+        if (method.residual[a] == 0 && left.residual <= most) {
+            method.residual[a] = k;
+        }
+        all = all && method.error[a] > 0 && method.residual[a] > 0;
+    }
+    return all;
+}
+
+// `step`: one iteration; gives what is left after it.
+template <class Step>
+void count(MethodConvergence& method, int cap, const Step& step) {
+    method.history.push_back(1);
+    for (int k = 1; k <= cap; ++k) {
+        const Left left = step();
+        if (method.history.size() < longestHistory) {
+            method.history.push_back(left.error);
+        }
+        if (note(method, k, left) && method.history.size() >= longestHistory) {
+            return;
+        }
+    }
+}
+
+// The same for a method whose iterations hang together: `run(n)` starts anew and gives what is left after n. Every n
+// is tried up to 100; beyond, the first is looked for as if what is left only fell, to 1 %.
+template <class Run>
+void countRuns(MethodConvergence& method, int cap, const Run& run) {
+    std::map<int, Left> known;
+    const auto left = [&](int n) {
+        const auto [place, isNew] = known.try_emplace(n);
+        if (isNew) {
+            place->second = run(n);
+        }
+        return place->second;
+    };
+    constexpr int linear = 100;
+    method.history.push_back(1);
+    bool all = false;
+    for (int n = 1; n <= linear; ++n) {
+        method.history.push_back(left(n).error);
+        all = note(method, n, left(n));
+    }
+    for (int n = linear; !all && n < cap; n += n / 4) {
+        all = note(method, n, left(n));
+    }
+    const auto refine = [&](int& found, double Left::*which, double most) {
+        if (found <= linear) {
+            return;
+        }
+        int high = found;
+        int low = linear;
+        for (const auto& [n, share] : known) {
+            if (n < high && share.*which > most) {
+                low = std::max(low, n);
+            }
+        }
+        while (high - low > std::max(1, high / 100)) {
+            const int middle = (low + high) / 2;
+            (left(middle).*which <= most ? high : low) = middle;
+        }
+        found = high;
+    };
+    for (std::size_t a = 0; a < removedShares.size(); ++a) {
+        refine(method.error[a], &Left::error, 1 - removedShares[a]);
+        refine(method.residual[a], &Left::residual, 1 - removedShares[a]);
+    }
+}
+
+// Of solvers over rows.
+struct RowChain {
+    StraightChain chain;
+    Matrix A;
+    Vector c;       // m/s, the right side
+    Vector answer;  // N s, -A^-1 c
+    Problem start;
+
+    explicit RowChain(const std::vector<double>& masses)
+        : chain(masses), A(assembleA(chain.island)), start(chain.problem()) {
+        c.resize(A.rows());
+        for (Eigen::Index i = 0; i < c.size(); ++i) {
+            c(i) = start.terms[static_cast<std::size_t>(i)].bias;
+        }
+        answer = -A.llt().solve(c);
+    }
+
+    Left left(const Vector& p) const { return {(p - answer).norm() / answer.norm(), (c + A * p).norm() / c.norm()}; }
+
+    Problem unforced() const {
+        Problem problem = start;
+        for (RowTerms<double>& t : problem.terms) {
+            t.bias = 0;
+        }
+        return problem;
+    }
+
+    // What one sweep makes of each unit vector of impulses.
+    Matrix iterationMatrix(const Sweep& sweep) const {
+        Matrix G(A.rows(), A.rows());
+        for (Eigen::Index j = 0; j < A.rows(); ++j) {
+            Problem problem = unforced();
+            std::vector<double> unit(problem.p.size(), 0);
+            unit[static_cast<std::size_t>(j)] = 1;
+            problem.add(chain.island, unit);
+            sweep(problem);
+            G.col(j) = toVector(problem.p);
+        }
+        return G;
+    }
+
+    Matrix gaussSeidelMatrix(double relaxation) const {
+        const Matrix D = A.diagonal().asDiagonal();
+        const Matrix L = A.triangularView<Eigen::StrictlyLower>();
+        return (D + relaxation * L).partialPivLu().solve((1 - relaxation) * D - relaxation * L.transpose());
+    }
+
+    // A x, by pushing the bodies and asking the rows.
+    Vector product(const Vector& x) const {
+        Problem problem = unforced();
+        problem.add(chain.island, std::vector<double>(x.data(), x.data() + x.size()));
+        Vector y(x.size());
+        for (const RowBlock<double>& block : chain.island.blocks) {
+            y(block.first) = problem.rowVelocity(chain.island.rows[static_cast<std::size_t>(block.first)], block);
+        }
+        return y;
+    }
+};
+
+void measureSweeps(MethodConvergence& method, const RowChain& rows, int cap, const Sweep& sweep) {
+    method.rate = spectralRadius(rows.iterationMatrix(sweep));
+    Problem problem = rows.start;
+    count(method, cap, [&] {
+        sweep(problem);
+        return rows.left(toVector(problem.p));
+    });
+}
+
+MethodConvergence gaussSeidel(const RowChain& rows, const std::string& name, double relaxation, int cap) {
+    MethodConvergence method{.name = name, .relaxation = relaxation};
+    measureSweeps(method, rows, cap, [&](Problem& problem) { problem.sweep(rows.chain.island, relaxation); });
+    method.rateOfMatrix = spectralRadius(rows.gaussSeidelMatrix(relaxation));
+    if (relaxation == 1) {
+        Problem problem = rows.unforced();
+        problem.add(rows.chain.island, std::vector<double>(problem.p.size(), 1));
+        double before = 0;
+        for (int k = 0; k < 400; ++k) {
+            const double change = problem.sweep(rows.chain.island, 1);
+            method.rateByPower = std::sqrt(change / before);
+            before = change;
+        }
+    }
+    return method;
+}
+
+MethodConvergence jacobi(const RowChain& rows, const std::string& name, bool splitMasses, int cap) {
+    const Splitting<double> split(rows.chain.island, splitMasses);
+    MethodConvergence method{.name = name};
+    measureSweeps(method, rows, cap, [&](Problem& problem) { problem.sweepAtOnce(rows.chain.island, 1, split); });
+    const Vector D = toVector(split.mobility);
+    method.rateOfMatrix =
+        spectralRadius(Matrix::Identity(D.size(), D.size()) - Matrix(D.cwiseInverse().asDiagonal() * rows.A));
+    if (!splitMasses) {
+        std::vector<double> mode;
+        method.rateByPower = jacobiRadius(rows.chain.island, rows.start, mode, 400);
+    }
+    return method;
+}
+
+// A solver's own iterate(), from zero.
+MethodConvergence solverRuns(RowChain& rows, const std::string& name, const SolverDef& def, int cap) {
+    const std::unique_ptr<Solver<double>> solver = makeSolver<double>({.def = def});
+    auto* const impulses = dynamic_cast<ImpulseSolver<double>*>(solver.get());
+    CAIRN_CHECK(impulses != nullptr, "a solver on impulses");
+    MethodConvergence method{.name = name};
+    countRuns(method, cap, [&](int n) {
+        Problem problem = rows.start;
+        rows.chain.island.memory = {};
+        impulses->iterate(rows.chain.island, problem, n);
+        return rows.left(toVector(problem.p));
+    });
+    return method;
+}
+
+MethodConvergence conjugateGradients(const RowChain& rows, const std::string& name, bool preconditioned, int cap) {
+    MethodConvergence method{.name = name};
+    const Vector D = preconditioned ? Vector(rows.A.diagonal()) : Vector(Vector::Ones(rows.c.size()));
+    Vector p = Vector::Zero(rows.c.size());
+    Vector r = -rows.c;
+    Vector z = r.cwiseQuotient(D);
+    Vector direction = z;
+    double rz = r.dot(z);
+    count(method, std::min(cap, static_cast<int>(4 * rows.c.size())), [&] {
+        const Vector along = rows.product(direction);
+        const double curvature = direction.dot(along);
+        const double width = curvature > 0 ? rz / curvature : 0;
+        p += width * direction;
+        r -= width * along;
+        z = r.cwiseQuotient(D);
+        const double next = r.dot(z);
+        direction = z + (rz > 0 ? next / rz : 0) * direction;
+        rz = next;
+        return rows.left(p);
+    });
+    return method;
+}
+
+// The state of a solver over bodies: displacements of the bodies that move along the line, then multipliers.
+class BodyChain {
+public:
+    BodyChain(const std::vector<double>& masses, double error, const std::vector<double>& penalty)
+        : chain_(masses, error),
+          problem_(chain_.problem()),
+          descent_(chain_.island, problem_, 1, std::numeric_limits<double>::max(), false, LoadRule::Heaviest, 1) {
+        setPenalty(penalty);
+        const RowChain rows(masses);
+        const Vector p = error * rows.answer;
+        const Matrix J = assembleJ(rows.chain.island);
+        for (std::size_t i = 0; i < masses.size(); ++i) {
+            const SolverBody<double>& body = chain_.island.bodies[i];
+            const Vec6<double> push = J.middleCols<6>(6 * static_cast<Eigen::Index>(i)).transpose() * p;
+            answer_.push_back(body.applyInverseMass(push).x());
+            if (!body.fixed) {
+                free_.push_back(i);
+            }
+        }
+        startError_ = error * std::sqrt(static_cast<double>(descent_.centre.size()));
+    }
+
+    void setPenalty(const std::vector<double>& penalty) {
+        for (std::size_t i = 0; i < penalty.size(); ++i) {
+            descent_.delta[i] = 1 / penalty[i];
+        }
+    }
+
+    void sweep() { descent_.sweep(false); }
+    void iterate(bool symmetric) {
+        if (symmetric) {
+            descent_.descend();
+        } else {
+            sweep();
+        }
+        descent_.moveCentres();
+    }
+
+    double rowError(std::size_t i) const { return chain_.island.rows[i].C; }
+
+    Left left() const {
+        double squared = 0;
+        double whole = 0;
+        for (const std::size_t i : free_) {
+            const double mass = chain_.island.bodies[i].mass;
+            squared += mass * std::pow(problem_.v[i].x() - answer_[i], 2);
+            whole += mass * answer_[i] * answer_[i];
+        }
+        double c = 0;
+        for (const Row<double>& row : chain_.island.rows) {
+            c += row.C * row.C;
+        }
+        return {std::sqrt(squared / whole), std::sqrt(c) / startError_};
+    }
+
+    double momentumDefect() const {
+        double sum = 0;
+        double size = 0;
+        for (const std::size_t i : free_) {
+            const double momentum = chain_.island.bodies[i].mass * problem_.v[i].x();
+            sum += momentum;
+            size += std::abs(momentum);
+        }
+        return std::abs(sum) / size;
+    }
+
+    Eigen::Index size(bool multipliers) const {
+        return static_cast<Eigen::Index>(free_.size() + (multipliers ? descent_.centre.size() : 0));
+    }
+    Vector state(bool multipliers) const {
+        Vector s(size(multipliers));
+        Eigen::Index k = 0;
+        for (const std::size_t i : free_) {
+            s(k++) = problem_.v[i].x();
+        }
+        for (std::size_t i = 0; multipliers && i < descent_.centre.size(); ++i) {
+            s(k++) = descent_.centre[i];
+        }
+        return s;
+    }
+    void setState(const Vector& s) {
+        Eigen::Index k = 0;
+        for (const std::size_t i : free_) {
+            problem_.v[i].x() = s(k++);
+        }
+        for (double& centre : descent_.centre) {
+            centre = k < s.size() ? s(k++) : 0;
+        }
+        descent_.follow();
+    }
+
+    // Of what `step` does to the state, which is affine in it.
+    template <class Step>
+    double radius(bool multipliers, const Step& step) {
+        const Eigen::Index n = size(multipliers);
+        const auto image = [&](const Vector& s) {
+            setState(s);
+            step();
+            return state(multipliers);
+        };
+        const Vector zero = image(Vector::Zero(n));
+        Matrix G(n, n);
+        for (Eigen::Index j = 0; j < n; ++j) {
+            G.col(j) = image(Vector::Unit(n, j)) - zero;
+        }
+        return spectralRadius(G);
+    }
+
+private:
+    StraightChain chain_;
+    Problem problem_;
+    BodyDescent<double> descent_;
+    std::vector<std::size_t> free_;
+    std::vector<double> answer_;
+    double startError_ = 1;
+};
+
+double gaussSeidelRadius(const std::vector<double>& masses) {
+    return std::pow(chainJacobiRadius(masses), 2);
+}
+
+double perE(double radius) {
+    return radius > 0 ? -1 / std::log(radius) : 0;
+}
+
+double bestRelaxationOf(double jacobi) {
+    return 2 / (1 + std::sqrt(1 - jacobi * jacobi));
+}
+
+std::vector<AvbdRule> avbdRules(double ratio, const BestPenalty& best, const BestPenalty& bestSymmetric) {
+    const std::vector<double> masses = chainMasses(10, ratio);
+    const std::size_t rows = masses.size() - 1;
+    const auto all = [&](double k) { return std::vector<double>(rows, k); };
+    std::vector<double> perRow(rows);
+    for (std::size_t i = 0; i < rows; ++i) {
+        perRow[i] = 2 * std::max(masses[i], masses[i + 1]);
+    }
+    // The ramp of the method's authors in their demonstration: rho from 1 N/m, by 1e5 a metre of error, at dt = 1/60 s.
+    const double first = 1.0 / 3600;
+    const double growth = 1e5 / 3600;
+    return {{.name = "k = R (2 at R = 1)", .penalty = all(ratio == 1 ? 2 : ratio)},
+            {.name = "k = 1", .penalty = all(1)},
+            {.name = "k = 2 max(m_i, m_j) of each row", .penalty = perRow},
+            {.name = "k = 1e4", .penalty = all(1e4)},
+            {.name = "ramp from 1/3600, C = 1 m", .penalty = all(first), .growth = growth},
+            {.name = "ramp from 1/3600, C = 1 mm", .penalty = all(first), .growth = growth, .error = 1e-3},
+            {.name = "best constant k", .penalty = all(best.penalty)},
+            {.name = "there and back, best constant k", .penalty = all(bestSymmetric.penalty), .symmetric = true},
+            {.name = "there and back, the engine's own k = 2 R", .penalty = all(2 * ratio), .symmetric = true}};
+}
+
+}  // namespace
+
+double MethodConvergence::perFactorE() const {
+    return rate ? perE(*rate) : 0;
+}
+
+const MethodConvergence& ChainConvergence::method(const std::string& name) const {
+    for (const MethodConvergence& m : methods) {
+        if (m.name == name) {
+            return m;
+        }
+    }
+    throw InputError("method", name, "not one of the study's");
+}
+
+double chainJacobiRadius(const std::vector<double>& masses) {
+    const RowChain rows(masses);
+    const Splitting<double> whole(rows.chain.island, false);
+    return spectralRadius(
+        rows.iterationMatrix([&](Problem& problem) { problem.sweepAtOnce(rows.chain.island, 1, whole); }));
+}
+
+ChainConvergence chainConvergence(int bodies, double ratio, int cap) {
+    ChainConvergence result{.bodies = bodies, .ratio = ratio};
+    RowChain rows(chainMasses(bodies, ratio));
+    const Vector D = rows.A.diagonal();
+    result.jacobiRadius =
+        spectralRadius(Matrix::Identity(D.size(), D.size()) - Matrix(D.cwiseInverse().asDiagonal() * rows.A));
+    result.bestRelaxation = bestRelaxationOf(result.jacobiRadius);
+    auto& methods = result.methods;
+    methods.push_back(jacobi(rows, "jacobi", false, cap));
+    methods.push_back(gaussSeidel(rows, "gauss_seidel", 1, cap));
+    methods.push_back(gaussSeidel(rows, "sor, best", result.bestRelaxation, cap));
+    methods.push_back(gaussSeidel(rows, "sor, 1.5", 1.5, cap));
+    methods.push_back(solverRuns(rows, "gauss_seidel, optimal",
+                                 {.name = "gauss_seidel", .relaxationRule = RelaxationRule::Optimal}, cap));
+    methods.push_back(solverRuns(rows, "gauss_seidel, adaptive",
+                                 {.name = "gauss_seidel", .relaxationRule = RelaxationRule::Adaptive}, cap));
+    methods.push_back(jacobi(rows, "jacobi, masses split", true, cap));
+    methods.push_back(solverRuns(rows, "jacobi, masses split, chebyshev", {.name = "jacobi", .chebyshev = true}, cap));
+    methods.push_back(
+        solverRuns(rows, "jacobi, chebyshev", {.name = "jacobi", .massSplitting = false, .chebyshev = true}, cap));
+    methods.push_back(solverRuns(rows, "nncg", {.name = "nncg"}, cap));
+    methods.push_back(conjugateGradients(rows, "cg", false, cap));
+    methods.push_back(conjugateGradients(rows, "cg, by diagonal", true, cap));
+    return result;
+}
+
+MethodConvergence avbdConvergence(const std::vector<double>& masses, const AvbdRule& rule, int cap) {
+    MethodConvergence method{.name = rule.name, .penalty = rule.penalty.front()};
+    if (rule.growth == 0) {
+        method.rate = avbdRadius(masses, rule.penalty, rule.symmetric);
+    }
+    BodyChain chain(masses, rule.error, rule.penalty);
+    std::vector<double> penalty = rule.penalty;
+    count(method, cap, [&] {
+        chain.iterate(rule.symmetric);
+        if (rule.growth > 0) {
+            for (std::size_t i = 0; i < penalty.size(); ++i) {
+                penalty[i] += rule.growth * std::abs(chain.rowError(i));
+            }
+            chain.setPenalty(penalty);
+        }
+        return chain.left();
+    });
+    return method;
+}
+
+double avbdRadius(const std::vector<double>& masses, const std::vector<double>& penalty, bool symmetric) {
+    BodyChain chain(masses, 1, penalty);
+    return chain.radius(true, [&] { chain.iterate(symmetric); });
+}
+
+double bodySweepRadius(const std::vector<double>& masses, const std::vector<double>& penalty) {
+    BodyChain chain(masses, 1, penalty);
+    return chain.radius(false, [&] { chain.sweep(); });
+}
+
+std::vector<double> avbdMomentum(const std::vector<double>& masses, const std::vector<double>& penalty, bool symmetric,
+                                 int iterations) {
+    BodyChain chain(masses, 1, penalty);
+    std::vector<double> defects;
+    for (int k = 0; k < iterations; ++k) {
+        chain.iterate(symmetric);
+        defects.push_back(chain.momentumDefect());
+    }
+    return defects;
+}
+
+BestPenalty bestPenalty(const std::vector<double>& masses, bool symmetric) {
+    const auto radius = [&](double logPenalty) {
+        return avbdRadius(masses, std::vector<double>(masses.size() - 1, std::pow(10, logPenalty)), symmetric);
+    };
+    constexpr int perDecade = 10;
+    double best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = -perDecade; k <= 4 * perDecade; ++k) {
+        const double at = static_cast<double>(k) / perDecade;
+        if (const double r = radius(at); r < least) {
+            least = r;
+            best = at;
+        }
+    }
+    // Golden section between the neighbours of the best.
+    const double golden = (std::sqrt(5.0) - 1) / 2;
+    double low = best - 1.0 / perDecade;
+    double high = best + 1.0 / perDecade;
+    for (int k = 0; k < 16; ++k) {
+        const double a = high - golden * (high - low);
+        const double b = low + golden * (high - low);
+        (radius(a) < radius(b) ? high : low) = radius(a) < radius(b) ? b : a;
+    }
+    const double at = (low + high) / 2;
+    return {std::pow(10, at), radius(at)};
+}
+
+ConvergenceStudy convergenceStudy(bool full, const Tell& tell) {
+    ConvergenceStudy study;
+    study.ratios = {1, 10, 100, 1000};
+    const int cap = full ? 1000000 : 150000;
+    const std::vector<int> lengths = full ? std::vector<int>{5, 10, 20, 40, 80} : std::vector<int>{5, 10, 20, 40};
+    const double parts = static_cast<double>(2 * study.ratios.size() + lengths.size() + 1);
+    double done = 0;
+    const auto next = [&] {
+        ++done;
+        if (tell) {
+            tell(done / parts);
+        }
+    };
+    for (const double ratio : study.ratios) {
+        study.chains.push_back(chainConvergence(10, ratio, cap));
+        next();
+    }
+    for (const double ratio : study.ratios) {
+        const std::vector<double> masses = chainMasses(10, ratio);
+        study.best.push_back(bestPenalty(masses));
+        study.bestSymmetric.push_back(bestPenalty(masses, true));
+        const std::vector<AvbdRule> rules = avbdRules(ratio, study.best.back(), study.bestSymmetric.back());
+        study.avbd.resize(rules.size());
+        for (std::size_t k = 0; k < rules.size(); ++k) {
+            study.avbd[k].rule = rules[k];
+            study.avbd[k].byRatio.push_back(avbdConvergence(masses, rules[k], 50000));
+        }
+        next();
+    }
+    const std::vector<double> heavier = {10, 100, 1000};
+    const auto layout = [&](const std::string& name, const std::function<std::vector<double>(double)>& masses) {
+        LayoutRow row{.name = name};
+        for (const double ratio : heavier) {
+            const double radius = chainJacobiRadius(masses(ratio));
+            row.perFactorE.push_back(perE(radius * radius));
+            row.perFactorEBest.push_back(perE(bestRelaxationOf(radius) - 1));
+        }
+        study.layouts.push_back(row);
+    };
+    layout("both ends heavy", [](double R) { return chainMasses(10, R); });
+    layout("one end heavy", [](double R) {
+        std::vector<double> m(10, 1);
+        m.back() = R;
+        return m;
+    });
+    layout("fifth of ten heavy", [](double R) {
+        std::vector<double> m(10, 1);
+        m[4] = R;
+        return m;
+    });
+    layout("every second heavy", [](double R) {
+        std::vector<double> m(10, 1);
+        for (std::size_t i = 1; i < m.size(); i += 2) {
+            m[i] = R;
+        }
+        return m;
+    });
+    layout("ten links hung from a fixed one, last heavy", [](double R) {
+        std::vector<double> m(11, 1);
+        m.front() = 0;
+        m.back() = R;
+        return m;
+    });
+    next();
+    for (const int n : lengths) {
+        const std::vector<double> equal = chainMasses(n, 1);
+        const double radius = chainJacobiRadius(equal);
+        study.lengths.push_back(
+            {.bodies = n,
+             .gaussSeidel = perE(gaussSeidelRadius(equal)),
+             .best = perE(bestRelaxationOf(radius) - 1),
+             .avbd = perE(bestPenalty(equal).radius),
+             .bodySweep = perE(
+                 bodySweepRadius(chainMasses(n, 1000), std::vector<double>(static_cast<std::size_t>(n) - 1, 1000)))});
+        next();
+    }
+    return study;
+}
+
+nlohmann::ordered_json toJson(const ConvergenceStudy& study) {
+    using Json = nlohmann::ordered_json;
+    const auto maybe = [](const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); };
+    const auto counts = [](const std::array<int, 4>& k) {
+        Json json = Json::array();
+        for (const int n : k) {
+            json.push_back(n > 0 ? Json(n) : Json(nullptr));
+        }
+        return json;
+    };
+    const auto methodJson = [&](const MethodConvergence& m) {
+        return Json{{"name", m.name},
+                    {"relaxation", m.relaxation},
+                    {"penalty", m.penalty},
+                    {"rate", maybe(m.rate)},
+                    {"rate_of_matrix", maybe(m.rateOfMatrix)},
+                    {"rate_by_power", maybe(m.rateByPower)},
+                    {"error_iterations", counts(m.error)},
+                    {"residual_iterations", counts(m.residual)}};
+    };
+    Json json;
+    json["study"] = "convergence";
+    json["removed_shares"] = removedShares;
+    json["chains"] = Json::array();
+    for (const ChainConvergence& chain : study.chains) {
+        Json methods = Json::array();
+        for (const MethodConvergence& m : chain.methods) {
+            methods.push_back(methodJson(m));
+        }
+        json["chains"].push_back({{"bodies", chain.bodies},
+                                  {"mass_ratio", chain.ratio},
+                                  {"jacobi_radius", chain.jacobiRadius},
+                                  {"best_relaxation", chain.bestRelaxation},
+                                  {"methods", methods}});
+    }
+    json["avbd"] = Json::array();
+    for (const AvbdRow& row : study.avbd) {
+        for (std::size_t k = 0; k < row.byRatio.size(); ++k) {
+            Json one = methodJson(row.byRatio[k]);
+            one["mass_ratio"] = study.ratios[k];
+            json["avbd"].push_back(one);
+        }
+    }
+    json["layouts"] = Json::array();
+    for (const LayoutRow& row : study.layouts) {
+        json["layouts"].push_back({{"name", row.name},
+                                   {"gauss_seidel_per_factor_e", row.perFactorE},
+                                   {"best_relaxation_per_factor_e", row.perFactorEBest}});
+    }
+    json["lengths"] = Json::array();
+    for (const LengthRow& row : study.lengths) {
+        json["lengths"].push_back({{"bodies", row.bodies},
+                                   {"gauss_seidel", row.gaussSeidel},
+                                   {"best_relaxation", row.best},
+                                   {"avbd", row.avbd},
+                                   {"body_sweep", row.bodySweep}});
+    }
+    return json;
+}
+
+}  // namespace cairn

@@ -1,0 +1,37 @@
+#pragma once
+// The chain of the seed's section 8, as an island: particles on a straight line, neighbours held at a distance by one
+// row each. J M^-1 J^T of its rows is the seed's 8.7. With h = 1 s, impulses are forces and velocities displacements.
+#include "engine/islands/island.hpp"
+#include "engine/solve/velocity/sweep.hpp"
+
+#include <Eigen/Dense>
+
+namespace cairn {
+
+class StraightChain {
+public:
+    // `masses` of the bodies, kg, at least two; 0: held fast. Every row starts `error` m too long.
+    explicit StraightChain(const std::vector<double>& masses, double error = 1);
+    StraightChain(const StraightChain&) = delete;
+    StraightChain& operator=(const StraightChain&) = delete;
+
+    // Bodies at rest at their first places; rows taken there.
+    void reset();
+    // At velocity level, from zero impulses, with the whole error as its right side. h = 1 s.
+    RowProblem<double> problem() const;
+
+    Island<double> island;
+
+private:
+    std::vector<Joint<double>> joints_;
+    std::vector<Vec3d> places_;
+};
+
+// `count` masses: the ends `end` kg, the others 1 kg.
+std::vector<double> chainMasses(int count, double end);
+
+// J (rows x 6 bodies) and A = J M^-1 J^T, assembled from the rows and the bodies of an island.
+Eigen::MatrixXd assembleJ(const Island<double>& island);
+Eigen::MatrixXd assembleA(const Island<double>& island);
+
+}  // namespace cairn

@@ -1,0 +1,232 @@
+#include "engine/analysis/forecast.hpp"
+#include "engine/solve/checkpoint.hpp"
+#include "engine/solve/solver.hpp"
+#include "engine/solve/velocity/sweep.hpp"
+
+namespace cairn {
+namespace {
+
+// What is tried before the rest is reckoned: enough for the slow modes to be all that is left.
+constexpr int mostSweeps = 5000;
+constexpr double mostVisits = 2e6;  // of rows
+constexpr int mostTried = 256;      // iterations
+// Solvers over impulses do half of their sweeps against a spring that gives, to push errors out, and half without. In
+// 200 scenes (test Forecast.*) Jacobi needed 1.4 times as many, in the middle, as the plain sweeps that are counted
+// here.
+constexpr double pushOutShare = 1.4;
+
+template <class S>
+RowProblem<S> hardProblem(Island<S>& island, S h) {
+    RowProblem<S> problem;
+    for (const SolverBody<S>& body : island.bodies) {
+        problem.v.push_back(body.v);
+    }
+    problem.terms.resize(island.rows.size());
+    problem.p.assign(island.rows.size(), S(0));
+    for (const RowBlock<S>& block : island.blocks) {
+        problem.friction.push_back(frictionCoefficient(island, block));
+        for (std::size_t i = static_cast<std::size_t>(block.first);
+             i < static_cast<std::size_t>(block.first + block.count); ++i) {
+            bool hard = false;
+            problem.terms[i] = rowTerms(island.rows[i], island.responses[i].mobility, h, hard);
+            if (hard) {
+                problem.terms[i].bias = island.rows[i].C / h;
+            }
+        }
+    }
+    return problem;
+}
+
+template <class S>
+S farthest(const std::vector<Vec6<S>>& a, const std::vector<Vec6<S>>& b) {
+    S most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        most = std::max(most, (a[i] - b[i]).template head<3>().norm());
+    }
+    return most;
+}
+
+struct Sweeps {
+    double count = 0;
+    double radius = 0;
+};
+
+// Sweeps until the answer is within `speed` (m/s) of its limit. The change d_k of sweep k shrinks by q, so that
+// d_k q / (1 - q) is still to come (facts/solvers 2.9).
+template <class S, class Sweep>
+Sweeps sweepsFor(RowProblem<S> problem, double speed, const Sweep& sweep) {
+    std::vector<double> change;
+    const double rows = static_cast<double>(std::max<std::size_t>(1, problem.p.size()));
+    const int most = static_cast<int>(std::clamp(mostVisits / rows, 30.0, static_cast<double>(mostSweeps)));
+    std::vector<Vec6<S>> before = problem.v;
+    double sum = 0;
+    for (int k = 0; k < most; ++k) {
+        sweep(problem);
+        change.push_back(static_cast<double>(farthest(problem.v, before)));
+        before = problem.v;
+        sum += change.back();
+        if (change.back() <= 1e-12 * sum) {
+            break;
+        }
+    }
+    const std::size_t n = change.size();
+    Sweeps result;
+    if (!(change.back() > 1e-12 * sum)) {
+        // It has converged: what is still to come can be added up.
+        double left = 0;
+        std::size_t k = n;
+        while (k > 0 && left <= speed) {
+            left += change[--k];
+        }
+        result.count = left > speed ? static_cast<double>(k + 1) : 0;
+        const std::size_t half = n / 2;
+        result.radius =
+            n > 2 && change[half] > 0 && n - 1 > half
+                ? std::pow(std::max(change[n - 1], 1e-300) / change[half], 1.0 / static_cast<double>(n - 1 - half))
+                : 0;
+        return result;
+    }
+    const std::size_t from = n / 2;
+    result.radius = std::min(1 - 1e-9, std::pow(change[n - 1] / change[from], 1.0 / static_cast<double>(n - 1 - from)));
+    double left = change[n - 1] * result.radius / (1 - result.radius);
+    if (left > speed) {
+        result.count = static_cast<double>(n) + std::log(speed / left) / std::log(result.radius);
+        return result;
+    }
+    std::size_t k = n;
+    while (k > 0 && left <= speed) {
+        left += change[--k];
+    }
+    result.count = left > speed ? static_cast<double>(k + 1) : 0;
+    return result;
+}
+
+// Sweeps, two an iteration, that a solver over impulses needs: it is tried on the island itself with 1, 2, 4 ..
+// iterations, whose answers are compared. What is still to come after k is more than their difference where the slowest
+// mode, which shrinks by q a sweep, has hardly moved; beyond what is tried, that mode is all that is left.
+template <class S>
+double trySweeps(Island<S>& island, S dt, const char* name, double speed, double q) {
+    const Checkpoint<S> start(island);
+    const auto answer = [&](int iterations) {
+        SolverSettings settings;
+        settings.def = {.name = name, .substeps = 1, .iterations = iterations};
+        settings.maxPushOutSpeed = std::numeric_limits<double>::infinity();
+        settings.restitutionSpeed = std::numeric_limits<double>::infinity();
+        makeSolver<S>(settings)->advance(island, dt);
+        std::vector<Vec6<S>> v;
+        for (const SolverBody<S>& body : island.bodies) {
+            v.push_back(body.v);
+        }
+        start.restore(island);
+        return v;
+    };
+    const double rows = static_cast<double>(std::max<std::size_t>(1, island.rows.size()));
+    std::vector<Vec6<S>> last = answer(1);
+    double before = 0;
+    double off = 0;
+    int k = 1;
+    for (; k <= mostTried && (k == 1 || k * rows < mostVisits / 8); k *= 2) {
+        std::vector<Vec6<S>> next = answer(2 * k);
+        const double seen = 1 - std::pow(q, 2 * k);
+        before = off;
+        off = static_cast<double>(farthest(last, next)) / std::max(seen, 1e-12);
+        if (off <= speed) {
+            // Between k / 2 and k, on a straight line of logarithms.
+            const double share = before > off && off > 0 ? std::log(speed / off) / std::log(before / off) : 0;
+            return 2 * std::max(1.0, k * std::pow(0.5, k == 1 ? 0 : share));
+        }
+        last = std::move(next);
+    }
+    // By the slowest mode, or, where there is none, by what the last doubling did.
+    const double tried = 0.5 * k;
+    const double rate = before > off ? std::pow(off / before, 2 / tried) : 1;
+    const double slowest = q > 0 ? std::pow(q, 2 / pushOutShare) : rate;
+    return slowest < 1 ? 2 * (tried + std::log(speed / off) / std::log(slowest))
+                       : std::numeric_limits<double>::infinity();
+}
+
+// Least of A_ii / sum over j of |A_ij|, by bodies that rows share.
+template <class S>
+double dominance(const Island<S>& island) {
+    struct Visit {
+        std::size_t row;
+        const RowBlock<S>* block;
+        Vec6<S> gradient;
+    };
+    std::vector<std::vector<Visit>> rowsOf(island.bodies.size());
+    for (const RowBlock<S>& block : island.blocks) {
+        for (int r = block.first; r < block.first + block.count; ++r) {
+            for (int k = 0; k < block.bodyCount(); ++k) {
+                const auto body = static_cast<std::size_t>(block.body(k));
+                if (!island.bodies[body].fixed) {
+                    const std::size_t row = static_cast<std::size_t>(r);
+                    rowsOf[body].push_back({row, &block, bodyGradient(island.rows[row], block, k)});
+                }
+            }
+        }
+    }
+    double least = 1;
+    std::vector<S> A(island.rows.size(), S(0));
+    for (const RowBlock<S>& block : island.blocks) {
+        for (int r = block.first; r < block.first + block.count; ++r) {
+            const std::size_t i = static_cast<std::size_t>(r);
+            std::vector<std::size_t> touched;
+            for (int k = 0; k < block.bodyCount(); ++k) {
+                const auto body = static_cast<std::size_t>(block.body(k));
+                if (island.bodies[body].fixed) {
+                    continue;
+                }
+                const Vec6<S> push = island.bodies[body].applyInverseMass(bodyGradient(island.rows[i], block, k));
+                for (const Visit& visit : rowsOf[body]) {
+                    A[visit.row] += visit.gradient.dot(push);
+                    touched.push_back(visit.row);
+                }
+            }
+            double sum = 0;
+            double own = 0;
+            for (const std::size_t j : touched) {
+                (j == i ? own : sum) += std::abs(static_cast<double>(A[j]));
+                A[j] = S(0);
+            }
+            if (own > 0) {
+                least = std::min(least, own / (own + sum));
+            }
+        }
+    }
+    return least;
+}
+
+}  // namespace
+
+template <class S>
+IslandForecast forecast(Island<S>& island, S dt, double position) {
+    IslandForecast result;
+    for (const SolverBody<S>& body : island.bodies) {
+        result.bodies += body.fixed ? 0 : 1;
+    }
+    const Checkpoint<S> start(island);
+    island.predict(dt);
+    island.linearize();
+    result.rows = static_cast<int>(island.rows.size());
+    if (island.rows.empty()) {
+        return result;
+    }
+    const RowProblem<S> problem = hardProblem(island, dt);
+    const double speed = position / static_cast<double>(dt);
+    const Sweeps gaussSeidel = sweepsFor(problem, speed, [&](RowProblem<S>& p) { p.sweep(island, S(1)); });
+    result.radius = gaussSeidel.radius;
+    const Splitting<S> split(island, true);
+    result.jacobiSweeps =
+        pushOutShare * sweepsFor(problem, speed, [&](RowProblem<S>& p) { p.sweepAtOnce(island, S(1), split); }).count;
+    result.dominance = dominance(island);
+    start.restore(island);
+    result.sweeps = trySweeps(island, dt, "gauss_seidel", speed, result.radius);
+    result.conjugateSweeps = trySweeps(island, dt, "nncg", speed, 0);
+    island.linearize();
+    return result;
+}
+
+template IslandForecast forecast(Island<float>&, float, double);
+template IslandForecast forecast(Island<double>&, double, double);
+
+}  // namespace cairn

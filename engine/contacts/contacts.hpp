@@ -1,0 +1,105 @@
+#pragma once
+// The contacts between bodies, kept from step to step: a still pair keeps its manifold, an old point keeps its lambda.
+#include "collision/broad_phase/broad_phase.hpp"
+#include "collision/narrow_phase/narrow_phase.hpp"
+#include "engine/constraints/contact.hpp"
+#include "engine/model/body.hpp"
+
+namespace cairn {
+
+template <class S>
+struct ContactPointState {
+    ContactGeometry<S> geometry;         // from the centres of mass
+    S separation = 0;                    // m, at the start of the step
+    S error = 0;                         // m, StepError::position of this point, after the last step
+    S normalForce = 0;                   // N
+    Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
+    // m, world axes: how far b has slipped against a while it should have stuck, where the solver keeps account of it
+    Vec3<S> slip = Vec3<S>::Zero();
+    bool handedOn = false;  // whether a point of the next manifold has taken over the forces
+};
+
+// One manifold with the surface it stands for.
+template <class S>
+struct ContactPatch {
+    Manifold manifold;
+    int known = 0;  // points found; those after the first manifold.count carry nothing (seams.hpp)
+    S friction = 0;
+    S staticFriction = 0;
+    S restitution = 0;
+    std::array<ContactPointState<S>, 4> points;
+};
+
+template <class S>
+struct PairContacts {
+    ProxyPair pair;  // a < b, indices of bodies
+    PairCache cache;
+    Posed aFromB;       // at which the manifolds were made
+    double margin = 0;  // m, as far as which they were looked for
+    bool made = false;
+    std::vector<ContactPatch<S>> patches;
+    std::vector<ContactPatch<S>> before;  // those that were replaced in this step
+};
+
+// How far apart contacts are looked for: `margin` (m), and further where two bodies can close a gap within `dt` (s).
+struct ContactReach {
+    double margin = 0;
+    double dt = 0;
+    double still = 0;  // m, of WorldDef::stillDistance
+};
+
+// One body of a pair where it is now.
+template <class S>
+struct PairSide {
+    const Body<S>* body;
+    Pose<S> pose;  // of the centre of mass
+    Vec3<S> v;     // m/s
+    Vec3<S> w;     // rad/s
+
+    Posed frame() const {
+        const Posed p = pose.template cast<double>();
+        return {p.position - p.rotation * body->localCentre.template cast<double>(), p.rotation};
+    }
+};
+
+// Makes the manifolds of a pair anew. False: it stood still, and they are carried.
+template <class S>
+bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
+                 NarrowCounts& counts);
+
+// The contacts of a moving body with a body that no force moves (seams.hpp).
+template <class S>
+struct GroundPair {
+    std::uint32_t mover;  // index of the moving body
+    PairContacts<S>* contacts;
+    PairSide<S> body;
+    PairSide<S> ground;
+    bool groundIsB;
+};
+
+template <class S>
+class ContactTable {
+public:
+    // Follows the sorted list of near pairs and runs the narrow phase where a pair moved.
+    void update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const ContactReach& reach,
+                JobSystem& jobs);
+    void forget(ProxyId body);  // the body or its shapes are gone
+
+    std::vector<PairContacts<S>>& pairs() { return pairs_; }
+    const std::vector<PairContacts<S>>& pairs() const { return pairs_; }
+    const NarrowCounts& counts() const { return counts_; }  // of the last update
+    int carried() const { return carried_; }                // pairs that kept their manifolds in it though awake
+
+private:
+    std::vector<PairContacts<S>> pairs_;  // sorted
+    // Room for update().
+    std::vector<PairContacts<S>> next_;
+    std::vector<NarrowCounts> countsOf_;  // by pair
+    std::vector<std::uint8_t> isCarried_;
+    std::vector<GroundPair<S>> ground_;
+
+    NarrowCounts counts_;
+    int carried_ = 0;
+};
+
+}  // namespace cairn

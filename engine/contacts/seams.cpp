@@ -1,0 +1,472 @@
+#include "engine/contacts/seams.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+namespace cairn {
+namespace {
+
+// Normals closer than 0.2 degrees are one.
+constexpr double sameNormal = 1 - 5e-6;
+
+// m/s: slower, static friction may hold a point.
+constexpr double slidingSpeed = 0.01;
+
+// m: pieces that differ in height by less are one plane. size: a length of the body, m.
+double planeSlack(double size) {
+    return std::min(1e-4, 2e-3 * size);
+}
+
+// The patches of one body with its ground, in the body's frame.
+template <class S>
+class Seams {
+public:
+    explicit Seams(std::span<const GroundPair<S>> pairs) : pairs_(pairs) {}
+
+    void close() {
+        for (const GroundPair<S>& pair : pairs_) {
+            addPatches(pair);
+        }
+        findSurfaces();
+        if (patches_.size() > 1) {
+            dropHiddenEdges();
+            for (std::size_t i = 0; i < patches_.size(); ++i) {
+                reduce(i);
+            }
+        }
+        for (Patch& patch : patches_) {
+            putInForce(patch);
+        }
+        if (patches_.size() > 1) {
+            handForcesOn();
+        }
+        for (std::size_t i = 0; i < patches_.size(); ++i) {
+            shareEvenly(i);
+        }
+    }
+
+private:
+    struct Patch {
+        ContactPatch<S>* contacts;
+        const GroundPair<S>* pair;
+        Posed bodyFromGround;
+        std::uint32_t shape;   // of the body
+        std::uint32_t ground;  // shape of the ground
+        Vec3d normal;          // out of the ground
+        std::array<bool, 4> inForce{};
+        std::size_t surface = SIZE_MAX;  // the first patch of its plane and material
+
+        const ContactPoint& point(int k) const { return contacts->manifold.points[static_cast<std::size_t>(k)]; }
+        Vec3d onBody(int k) const { return pair->groundIsB ? point(k).onA : point(k).onB; }
+        Vec3d onGround(int k) const { return bodyFromGround * (pair->groundIsB ? point(k).onB : point(k).onA); }
+        // The place of the body that a contact holds up: of what is round the centre, or that of the ball on its axis.
+        Vec3d held(int k) const {
+            const Shape& met = pair->body.body->def.shapes[shape];
+            if (met.kind == ShapeKind::Ellipsoid) {
+                return met.pose.position;
+            }
+            const ContactGeometry<S>& geometry = contacts->points[static_cast<std::size_t>(k)].geometry;
+            return onBody(k) - (pair->groundIsB ? geometry.roundA : geometry.roundB).template cast<double>();
+        }
+    };
+    struct PointRef {
+        std::size_t patch;
+        int point;
+    };
+
+    void addPatches(const GroundPair<S>& pair) {
+        const Posed bodyFromGround = relativePose(pair.body.frame(), pair.ground.frame());
+        for (ContactPatch<S>& contacts : pair.contacts->patches) {
+            Patch& patch = patches_.emplace_back();
+            patch.contacts = &contacts;
+            patch.pair = &pair;
+            patch.bodyFromGround = bodyFromGround;
+            patch.shape = pair.groundIsB ? contacts.manifold.shapeA : contacts.manifold.shapeB;
+            patch.ground = pair.groundIsB ? contacts.manifold.shapeB : contacts.manifold.shapeA;
+            patch.normal = pair.groundIsB ? Vec3d(-contacts.manifold.normal)
+                                          : Vec3d(bodyFromGround.rotation * contacts.manifold.normal);
+            std::fill_n(patch.inForce.begin(), contacts.known, true);
+        }
+    }
+
+    // Whether two pieces stay as they lie to each other, and one shape of the body meets both.
+    bool areNeighbours(const Patch& p, const Patch& q) const {
+        const Body<S>* a = p.pair->ground.body;
+        const Body<S>* b = q.pair->ground.body;
+        const bool oneFrame = a == b || (a->def.type == BodyType::Static && b->def.type == BodyType::Static);
+        return p.shape == q.shape && oneFrame;
+    }
+
+    // Patches in one plane and of one material are one surface, named by the first of them.
+    void findSurfaces() {
+        for (std::size_t i = 0; i < patches_.size(); ++i) {
+            for (std::size_t j = i; patches_[i].surface >= i && j < patches_.size(); ++j) {
+                if (patches_[j].surface > i && isOneSurface(patches_[i], patches_[j])) {
+                    patches_[j].surface = i;
+                }
+            }
+        }
+    }
+
+    // While a place of the body stays above a surface, it cannot touch what lies wholly below that plane: a contact
+    // with that would only stop it, since an edge ahead is taken as a plane within a step. What is hidden only by what
+    // is hidden itself stays.
+    void dropHiddenEdges() {
+        std::vector<std::size_t> undecided;
+        for (std::size_t i = 0; i < patches_.size(); ++i) {
+            if (patches_[i].surface == i) {
+                undecided.push_back(i);
+            }
+        }
+        std::vector<std::size_t> kept;
+        for (bool changes = true; changes && !undecided.empty();) {
+            changes = false;
+            std::vector<std::size_t> left;
+            for (const std::size_t surface : undecided) {
+                for (const PointRef& edge : pointsOf(surface)) {
+                    bool& inForce = patches_[edge.patch].inForce[static_cast<std::size_t>(edge.point)];
+                    inForce = std::none_of(kept.begin(), kept.end(), [&](std::size_t k) { return hides(k, edge); });
+                }
+                const std::vector<PointRef> edges = pointsOf(surface);
+                const bool isFree = std::none_of(undecided.begin(), undecided.end(), [&](std::size_t other) {
+                    return std::any_of(edges.begin(), edges.end(),
+                                       [&](const PointRef& edge) { return hides(other, edge); });
+                });
+                if (edges.empty() || isFree) {
+                    changes = true;
+                    if (!edges.empty()) {
+                        kept.push_back(surface);
+                    }
+                } else {
+                    left.push_back(surface);
+                }
+            }
+            undecided.swap(left);
+        }
+    }
+
+    // The points of a surface that are in force.
+    std::vector<PointRef> pointsOf(std::size_t surface) const {
+        std::vector<PointRef> refs;
+        for (std::size_t i = surface; i < patches_.size(); ++i) {
+            for (int k = 0; patches_[i].surface == surface && k < patches_[i].contacts->known; ++k) {
+                if (patches_[i].inForce[static_cast<std::size_t>(k)]) {
+                    refs.push_back({i, k});
+                }
+            }
+        }
+        return refs;
+    }
+
+    bool hides(std::size_t surface, const PointRef& edgeRef) const {
+        const Patch& plane = patches_[surface];
+        const Patch& edge = patches_[edgeRef.patch];
+        if (edge.surface == surface || !areNeighbours(plane, edge) || plane.normal.dot(edge.normal) > sameNormal) {
+            return false;
+        }
+        const std::vector<PointRef> refs = pointsOf(surface);
+        const bool ofOthers = std::any_of(refs.begin(), refs.end(), [&](const PointRef& ref) {
+            return patches_[ref.patch].pair != edge.pair || patches_[ref.patch].ground != edge.ground;
+        });
+        if (!ofOthers || !isHeld(refs, edge.held(edgeRef.point))) {
+            return false;
+        }
+        const double slack = planeSlack(edge.pair->body.body->radius);
+        const Quatd upright = Quatd::FromTwoVectors(plane.normal, Vec3d::UnitY());
+        const std::span<const Shape> shapes = edge.pair->ground.body->def.shapes;
+        const Aabb box = bounds(shapes.subspan(edge.ground, 1), Posed{Vec3d::Zero(), upright} * edge.bodyFromGround);
+        return box.max.y() <= plane.normal.dot(plane.onGround(0)) + slack;
+    }
+
+    // Whether a place of the body lies within the hull of the places that a surface holds up, or nearly so: among
+    // points all around it, or beside a line of two.
+    bool isHeld(const std::vector<PointRef>& refs, const Vec3d& place) const {
+        constexpr double share = 0.02;  // of the body's radius
+        const Patch& patch = patches_[refs.front().patch];
+        const double slack = share * patch.pair->body.body->radius;
+        Vec3d t1;
+        Vec3d t2;
+        completeBasis(patch.normal, t1, t2);
+        std::vector<Vec3d> ways;
+        std::vector<double> angles;
+        for (const PointRef& ref : refs) {
+            const Vec3d& way = ways.emplace_back(patches_[ref.patch].held(ref.point) - place);
+            if (std::abs(patch.normal.dot(way)) > slack) {
+                return false;
+            }
+            angles.push_back(std::atan2(t2.dot(way), t1.dot(way)));
+        }
+        std::sort(angles.begin(), angles.end());
+        constexpr double halfTurn = std::numbers::pi;
+        double gap = angles.front() + 2 * halfTurn - angles.back();
+        for (std::size_t i = 1; i < angles.size(); ++i) {
+            gap = std::max(gap, angles[i] - angles[i - 1]);
+        }
+        if (gap <= halfTurn) {
+            return true;
+        }
+        for (const Vec3d& from : ways) {
+            for (const Vec3d& to : ways) {
+                const Vec3d side = to - from;
+                const double along = std::clamp(-from.dot(side) / std::max(side.squaredNorm(), 1e-300), 0.0, 1.0);
+                if ((from + along * side).norm() <= slack) {
+                    return true;
+                }
+            }
+        }
+        return false;
+    }
+
+    // Of all points of a surface in several pieces, at most four stay in force.
+    void reduce(std::size_t surface) {
+        const std::vector<PointRef> refs = pointsOf(surface);
+        if (refs.size() < 3 || refs.front().patch == refs.back().patch) {
+            return;
+        }
+        const Patch& first = patches_[surface];
+        const Posed shapeFromBody = first.pair->body.body->def.shapes[first.shape].pose.inverse();
+        std::vector<ContactPoint> points;
+        for (const PointRef& ref : refs) {
+            points.push_back(patches_[ref.patch].point(ref.point));
+            points.back().onA = shapeFromBody * patches_[ref.patch].onBody(ref.point);
+        }
+        std::array<int, 4> chosen{};
+        const int count = spreadPoints(points, shapeFromBody.rotation * first.normal, chosen);
+        for (std::size_t i = 0; i < refs.size(); ++i) {
+            patches_[refs[i].patch].inForce[static_cast<std::size_t>(refs[i].point)] =
+                std::find(chosen.begin(), chosen.begin() + count, static_cast<int>(i)) != chosen.begin() + count;
+        }
+    }
+
+    bool isOneSurface(const Patch& p, const Patch& q) const {
+        if (&p == &q) {
+            return true;
+        }
+        if (!areNeighbours(p, q) || p.normal.dot(q.normal) < sameNormal ||
+            p.contacts->friction != q.contacts->friction || p.contacts->staticFriction != q.contacts->staticFriction ||
+            p.contacts->restitution != q.contacts->restitution) {
+            return false;
+        }
+        const double slack = planeSlack(p.pair->body.body->radius);
+        for (int k = 0; k < q.contacts->known; ++k) {
+            if (std::abs(p.normal.dot(q.onGround(k) - p.onGround(0))) > slack) {
+                return false;
+            }
+        }
+        return true;
+    }
+
+    // The points in force come first.
+    void putInForce(Patch& patch) {
+        ContactPatch<S>& contacts = *patch.contacts;
+        std::size_t count = 0;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(contacts.known); ++k) {
+            if (patch.inForce[k]) {
+                std::swap(contacts.manifold.points[k], contacts.manifold.points[count]);
+                std::swap(contacts.points[k], contacts.points[count]);
+                std::swap(patch.inForce[k], patch.inForce[count]);
+                ++count;
+            }
+        }
+        contacts.manifold.count = static_cast<int>(count);
+    }
+
+    // What a point carried that is no longer in force goes to the one that took its place on the next piece.
+    void handForcesOn() {
+        struct Lost {
+            std::uint32_t shape;
+            Vec3d place;  // on the body
+            std::uint64_t feature;
+            ContactPointState<S> state;
+            S sign;  // of friction and slip: 1 if the body was b
+            bool taken = false;
+        };
+        std::vector<Lost> lost;
+        const auto lose = [&](const GroundPair<S>& pair, const ContactPatch<S>& patch, std::size_t k) {
+            const ContactPoint& point = patch.manifold.points[k];
+            if (patch.points[k].normalForce != S(0)) {
+                lost.push_back({pair.groundIsB ? patch.manifold.shapeA : patch.manifold.shapeB,
+                                pair.groundIsB ? point.onA : point.onB, point.feature, patch.points[k],
+                                pair.groundIsB ? S(-1) : S(1)});
+            }
+        };
+        for (const GroundPair<S>& pair : pairs_) {
+            for (const ContactPatch<S>& patch : pair.contacts->before) {
+                for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
+                    if (!patch.points[k].handedOn) {
+                        lose(pair, patch, k);
+                    }
+                }
+            }
+            for (ContactPatch<S>& patch : pair.contacts->patches) {
+                for (std::size_t k = static_cast<std::size_t>(patch.manifold.count);
+                     k < static_cast<std::size_t>(patch.known); ++k) {
+                    lose(pair, patch, k);
+                    patch.points[k].normalForce = S(0);
+                    patch.points[k].friction.setZero();
+                    patch.points[k].slip.setZero();
+                }
+            }
+        }
+        for (const Patch& patch : patches_) {
+            for (int k = 0; k < patch.contacts->manifold.count; ++k) {
+                ContactPointState<S>& state = patch.contacts->points[static_cast<std::size_t>(k)];
+                if (state.normalForce != S(0)) {
+                    continue;
+                }
+                constexpr double near = 0.02;  // m, as in matchPoints
+                Lost* best = nullptr;
+                double nearest = 0;
+                for (Lost& old : lost) {
+                    const double distance = (old.place - patch.onBody(k)).norm();
+                    if (!old.taken && old.shape == patch.shape &&
+                        (distance < near || old.feature == patch.point(k).feature) &&
+                        (best == nullptr || distance < nearest)) {
+                        best = &old;
+                        nearest = distance;
+                    }
+                }
+                if (best != nullptr) {
+                    const S sign = best->sign * (patch.pair->groundIsB ? S(-1) : S(1));
+                    state.normalForce = best->state.normalForce;
+                    state.friction = sign * best->state.friction;
+                    state.slip = sign * best->state.slip;
+                    best->taken = true;
+                }
+            }
+        }
+    }
+
+    // Four points on a plane can share a weight in many ways, and what iterations leave of one another step after step
+    // is an accident of their order; yet how friction slows a turn hangs on it. What slides starts each step from the
+    // share that equal springs would have: the least sum of squares with the same force and torque.
+    void shareEvenly(std::size_t surface) {
+        const std::vector<PointRef> refs = pointsOf(surface);
+        if (refs.size() != 4 || !slides(refs)) {
+            return;
+        }
+        const Vec3d normal = patches_[surface].normal;
+        const auto place = [&](std::size_t i) { return patches_[refs[i].patch].onBody(refs[i].point); };
+        const auto area = [&](std::size_t i, std::size_t j, std::size_t k) {
+            return normal.dot((place(j) - place(i)).cross(place(k) - place(i)));
+        };
+        // Forces in this ratio have neither sum nor torque.
+        const Eigen::Vector4d idle(area(1, 2, 3), -area(0, 2, 3), area(0, 1, 3), -area(0, 1, 2));
+        Eigen::Vector4d force;
+        for (std::size_t i = 0; i < 4; ++i) {
+            force[static_cast<Eigen::Index>(i)] = static_cast<double>(stateOf(refs[i]).normalForce);
+        }
+        if (idle.isZero(0) || force.minCoeff() <= 0) {
+            return;
+        }
+        const Eigen::Vector4d change = -force.dot(idle) / idle.squaredNorm() * idle;
+        double share = 1;
+        for (Eigen::Index i = 0; i < 4; ++i) {
+            share = change[i] < 0 ? std::min(share, -force[i] / change[i]) : share;
+        }
+        for (std::size_t i = 0; i < 4; ++i) {
+            ContactPointState<S>& state = stateOf(refs[i]);
+            const S grown = S(1) + static_cast<S>(share * change[static_cast<Eigen::Index>(i)]) / state.normalForce;
+            state.normalForce *= grown;
+            state.friction *= grown;
+        }
+    }
+
+    ContactPointState<S>& stateOf(const PointRef& ref) {
+        return patches_[ref.patch].contacts->points[static_cast<std::size_t>(ref.point)];
+    }
+
+    bool slides(const std::vector<PointRef>& refs) const {
+        return std::all_of(refs.begin(), refs.end(), [&](const PointRef& ref) {
+            const Patch& patch = patches_[ref.patch];
+            const PairSide<S>& body = patch.pair->body;
+            const PairSide<S>& ground = patch.pair->ground;
+            const Vec3d place = body.frame() * patch.onBody(ref.point);
+            const auto at = [&](const PairSide<S>& side) {
+                return Vec3d(side.v.template cast<double>() +
+                             side.w.template cast<double>().cross(place - side.pose.position.template cast<double>()));
+            };
+            const Vec3d slip = body.frame().rotation.conjugate() * (at(body) - at(ground));
+            return (slip - slip.dot(patch.normal) * patch.normal).norm() > slidingSpeed;
+        });
+    }
+
+    std::span<const GroundPair<S>> pairs_;
+    std::vector<Patch> patches_;
+};
+
+// Whether no point of the body slips over the ground faster than the least speed that counts as sliding.
+template <class S>
+bool isSlow(const GroundPair<S>& pair) {
+    constexpr double sure = 0.5;  // a point may lie a little outside the body
+    const PairSide<S>& body = pair.body;
+    const double fastest = static_cast<double>(body.v.norm()) + static_cast<double>(body.w.norm()) * body.body->radius;
+    return pair.ground.v.isZero(S(0)) && pair.ground.w.isZero(S(0)) && fastest < sure * slidingSpeed;
+}
+
+// One patch alone, all in force, that does not slide: most bodies, most of the time.
+template <class S>
+void closeRun(std::span<const GroundPair<S>> pairs) {
+    const std::vector<ContactPatch<S>>& patches = pairs.front().contacts->patches;
+    const bool isOne = pairs.size() == 1 && patches.size() == 1;
+    if (!isOne || patches.front().manifold.count != patches.front().known ||
+        (patches.front().known == 4 && !isSlow(pairs.front()))) {
+        Seams<S>(pairs).close();
+    }
+}
+
+// Calls close(run) for the pairs of each body; sorts them by their bodies.
+template <class S, class Close>
+void forEachRun(std::vector<GroundPair<S>>& pairs, Close close) {
+    const auto earlier = [](const GroundPair<S>& p, const GroundPair<S>& q) { return p.mover < q.mover; };
+    if (!std::is_sorted(pairs.begin(), pairs.end(), earlier)) {
+        std::stable_sort(pairs.begin(), pairs.end(), earlier);
+    }
+    for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
+        while (end < pairs.size() && pairs[end].mover == pairs[begin].mover) {
+            ++end;
+        }
+        close(std::span<const GroundPair<S>>(pairs).subspan(begin, end - begin));
+    }
+}
+
+}  // namespace
+
+template <class S>
+void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b) {
+    const bool movesA = a.body->isDynamic();
+    if (pair.patches.empty() || movesA == b.body->isDynamic()) {
+        return;
+    }
+    const PairSide<S>& body = movesA ? a : b;
+    if (body.body->awake) {
+        out.push_back({movesA ? pair.pair.a : pair.pair.b, &pair, body, movesA ? b : a, movesA});
+    }
+}
+
+template <class S>
+void closeSeams(std::vector<GroundPair<S>>& pairs, JobSystem& jobs) {
+    if (jobs.threadCount() == 1) {
+        closeSeams(pairs);
+        return;
+    }
+    std::vector<std::span<const GroundPair<S>>> runs;
+    forEachRun(pairs, [&](std::span<const GroundPair<S>> run) { runs.push_back(run); });
+    parallelFor(jobs, runs.size(), 16, [&](std::size_t i) { closeRun(runs[i]); });
+}
+
+template <class S>
+void closeSeams(std::vector<GroundPair<S>>& pairs) {
+    forEachRun(pairs, [](std::span<const GroundPair<S>> run) { closeRun(run); });
+}
+
+template void addGroundPair(std::vector<GroundPair<float>>&, PairContacts<float>&, const PairSide<float>&,
+                            const PairSide<float>&);
+template void addGroundPair(std::vector<GroundPair<double>>&, PairContacts<double>&, const PairSide<double>&,
+                            const PairSide<double>&);
+template void closeSeams(std::vector<GroundPair<float>>&, JobSystem&);
+template void closeSeams(std::vector<GroundPair<double>>&, JobSystem&);
+template void closeSeams(std::vector<GroundPair<float>>&);
+template void closeSeams(std::vector<GroundPair<double>>&);
+
+}  // namespace cairn

@@ -1,0 +1,21 @@
+#pragma once
+// Static bodies laid side by side, or shapes of one that nothing moves, are one ground to what slides or rolls over
+// them. Of contacts found piece by piece, those stay in force that a ground of one piece would have given: a shape has
+// at most four points over all pieces of one plane and material; and a piece that does not rise above the plane on
+// which a round shape rolls has no edge for it.
+#include "engine/contacts/contacts.hpp"
+
+namespace cairn {
+
+// Appends the pair if it is one of an awake body with the ground, and touches.
+template <class S>
+void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b);
+
+// Sets which points are in force, once the narrow phase has run; sorts the pairs by their bodies.
+template <class S>
+void closeSeams(std::vector<GroundPair<S>>& pairs, JobSystem& jobs);
+// The same in the calling thread.
+template <class S>
+void closeSeams(std::vector<GroundPair<S>>& pairs);
+
+}  // namespace cairn

@@ -1,0 +1,202 @@
+#include "engine/measure/ledger.hpp"
+#include "engine/model/gyroscopics.hpp"
+
+namespace cairn {
+namespace {
+
+// m/s, at which a load may creep without being counted: ten times the default tolerance of `direct`.
+constexpr double unseenSpeed = 1e-5;
+
+// Whether it is as hard to turn about every axis, so that it does not matter which way the body lies.
+template <class S>
+bool isBallLike(const Mat3<S>& inertia) {
+    return inertia(0, 0) == inertia(1, 1) && inertia(1, 1) == inertia(2, 2) && inertia(0, 1) == S(0) &&
+           inertia(0, 2) == S(0) && inertia(1, 2) == S(0);
+}
+
+// Momentum and kinetic energy (twice it) of a dynamic body. Where the gyroscopic rule carries angular momentum, that;
+// else what a spin that does not turn by itself makes of it.
+template <class S>
+Vec6<S> motionOf(const SolverBody<S>& body, S& twiceEnergy) {
+    const Vec3<S> v = body.v.template head<3>();
+    const Vec3<S> w = body.v.template tail<3>();
+    Vec6<S> p;
+    p.template head<3>() = body.mass * v;
+    twiceEnergy = body.mass * v.squaredNorm();
+    if (body.particle) {
+        p.template tail<3>().setZero();
+        return p;
+    }
+    if (body.gyroscopic == GyroscopicRule::None && isBallLike(body.localInertia)) {
+        twiceEnergy += body.localInertia(0, 0) * w.squaredNorm();
+        p.template tail<3>().noalias() = body.inertia * w;
+        return p;
+    }
+    const Mat3<S> R = body.pose.rotation.toRotationMatrix();
+    const Vec3<S> local = R.transpose() * w;
+    const Vec3<S> spin = body.localInertia * local;
+    twiceEnergy += local.dot(spin);
+    p.template tail<3>() = carriesMomentum(body.gyroscopic) ? Vec3<S>(R * spin) : Vec3<S>(body.inertia * w);
+    return p;
+}
+
+template <class S>
+bool touchesDriven(const Island<S>& island, const RowBlock<S>& block) {
+    bool driven = false;
+    for (int k = 0; k < block.bodyCount(); ++k) {
+        const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+        driven = driven || (body.fixed && !body.v.isZero(S(0)));
+    }
+    return driven;
+}
+
+// Twice the mean speed at which the row's dynamic bodies went along it.
+template <class S>
+S workedOver(const Island<S>& island, const Row<S>& row, const RowBlock<S>& block) {
+    S sum = 0;
+    for (int k = 0; k < block.bodyCount(); ++k) {
+        const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+        if (!body.fixed) {
+            sum += bodyGradient(row, block, k).dot(body.vBefore + body.v);
+        }
+    }
+    return sum;
+}
+
+}  // namespace
+
+template <class S>
+Ledger<S>::Ledger(const Island<S>& island, bool balances) : balances_(balances) {
+    momentum_.reserve(island.bodies.size());
+    for (const SolverBody<S>& body : island.bodies) {
+        S twiceEnergy = 0;
+        momentum_.push_back(body.fixed ? Vec6<S>(Vec6<S>::Zero()) : motionOf(body, twiceEnergy));
+        kineticEnergy_ += S(0.5) * twiceEnergy;
+    }
+}
+
+template <class S>
+void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
+    auto& last = island.memory.balance;
+    if (isFirst_) {
+        constexpr int period = 8;
+        isDrawn_ = !balances_ || last.blocks != island.blocks.size() || last.age >= period - 1;
+        if (isDrawn_) {
+            last = {};
+            last.blocks = island.blocks.size();
+        } else {
+            ++last.age;
+            report.residualMomentum = std::max(report.residualMomentum, last.residual);
+            report.momentumDefect += last.defect;
+        }
+    }
+    const bool balance = !balances_ || (isDrawn_ && (isFirst_ || island.isLast));
+    isFirst_ = false;
+    S explained = 0;
+    S after = 0;          // J
+    S weight = 0;         // N
+    bool drives = false;  // whether a fixed body moves
+    Vec3<S> defect = Vec3<S>::Zero();
+    static thread_local std::vector<Vec6<S>> room;
+    room.resize(island.bodies.size());
+    Vec6<S>* const unexplained = room.data();
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        const SolverBody<S>& body = island.bodies[i];
+        explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
+        weight += body.force.template head<3>().norm();
+        if (!body.fixed && !body.offset.isZero()) {
+            // An impact within the sub-step: forces did their work along the way there and the way back.
+            explained += body.force.template head<3>().dot(body.offset.template head<3>());
+        }
+        if (body.fixed) {
+            drives = drives || !body.v.isZero(S(0));
+            continue;
+        }
+        S twiceEnergy = 0;
+        const Vec6<S> p = motionOf(body, twiceEnergy);
+        unexplained[i] = p - momentum_[i] - body.outside;
+        momentum_[i] = p;
+        after += S(0.5) * twiceEnergy;
+        // Together, what the rows gave cancels, but for what came from fixed bodies.
+        defect += unexplained[i].template head<3>();
+    }
+    S force = balance ? S(0) : last.force;
+    // Contacts add no energy, unless what moves by itself takes part.
+    const bool asksContacts = balance || drives || island.marksBorder;
+    const std::size_t blocks = asksContacts ? island.blocks.size() : static_cast<std::size_t>(island.jointBlocks);
+    for (std::size_t n = 0; n < blocks; ++n) {
+        const RowBlock<S>& block = island.blocks[n];
+        const bool driven = drives && touchesDriven(island, block);
+        const auto count = [&](int body, const Vec6<S>& given) {
+            SolverBody<S>& to = island.bodies[static_cast<std::size_t>(body)];
+            if (island.marksBorder && island.isInner(block)) {
+                to.handed += given;
+            }
+            if (to.fixed) {
+                // What the fixed body takes, the others get from outside.
+                defect += given.template head<3>();
+            } else {
+                unexplained[body] -= given;
+            }
+        };
+        Vec6<S> onA = Vec6<S>::Zero();
+        Vec6<S> onB = Vec6<S>::Zero();
+        bool gives = false;
+        for (int r = 0; r < block.count; ++r) {
+            const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
+            const S p = h * row.lambda;
+            if (p == S(0)) {
+                continue;
+            }
+            gives = true;
+            force += balance ? std::abs(row.lambda) : S(0);
+            const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
+            if (row.isSoft() || motor || driven) {
+                explained += S(0.5) * p * workedOver(island, row, block);
+            }
+            onA += p * row.a;
+            onB += p * row.b;
+        }
+        if (gives && !block.particles) {
+            count(block.a, onA);
+            count(block.b, onB);
+        } else if (gives) {
+            for (int k = 0; k < block.bodyCount(); ++k) {
+                Vec6<S> given = Vec6<S>::Zero();
+                given.template head<3>() = (k < 2 ? onA : onB).template segment<3>(k % 2 == 0 ? 0 : 3);
+                count(block.body(k), given);
+            }
+        }
+    }
+    last.force = force;
+    // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
+    // nothing.
+    const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * h * force;
+    report.energyGained += std::max(0.0, static_cast<double>(gained));
+    report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * weight);
+    kineticEnergy_ = after;
+    if (!balance) {
+        return;
+    }
+    S squared = 0;
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        SolverBody<S>& body = island.bodies[i];
+        if (body.fixed) {
+            continue;
+        }
+        const S own = unexplained[i].dot(body.applyInverseMass(unexplained[i]));
+        body.unexplained = std::max(body.unexplained, std::sqrt(own));
+        squared += own;
+    }
+    const double whole = static_cast<double>(defect.norm());
+    const double residual = static_cast<double>(std::sqrt(squared));
+    last.defect += whole;
+    last.residual = std::max(last.residual, residual);
+    report.momentumDefect += whole;
+    report.residualMomentum = std::max(report.residualMomentum, residual);
+}
+
+template class Ledger<float>;
+template class Ledger<double>;
+
+}  // namespace cairn

@@ -1,0 +1,31 @@
+#pragma once
+// What a sub-step did to the energy and momentum of an island, against what its forces can account for.
+#include "engine/islands/island.hpp"
+
+namespace cairn {
+
+// Opened before the first sub-step of a step, or of a piece of it; closed after each.
+template <class S>
+class Ledger {
+public:
+    // balances: Solver::balances().
+    Ledger(const Island<S>& island, bool balances);
+    // Adds to the report the energy (J) that the sub-step created and the momentum (N s) that no impulse explains.
+    // Kinetic energy is compared with the work of forces by the trapezium of the twists, which contacts and joints can
+    // only lower; springs, motors and kinematic bodies may add what their rows did. Creep of the loads at 1e-5 m/s is
+    // below what is counted. energyInPlay is the kinetic energy, and what a fall by 10 cm gives.
+    // Each body's own balance of momentum, what it has less what it had and what forces, impacts and rows gave it, is
+    // the residual of its equation of motion: |M (v - v*) - J^T p| in the norm of M^-1, sqrt(J). It is drawn in every
+    // sub-step; of solvers that balance by construction in the first and the last one, and, while no contact comes or
+    // goes, in one step of eight: the others report what it was.
+    void close(Island<S>& island, S h, SolveReport& report);
+
+private:
+    bool balances_;
+    bool isFirst_ = true;  // sub-step
+    bool isDrawn_ = true;  // in this step
+    S kineticEnergy_ = 0;
+    std::vector<Vec6<S>> momentum_;  // of each body, N s and N m s, world axes about its centre
+};
+
+}  // namespace cairn

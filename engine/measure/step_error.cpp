@@ -1,0 +1,289 @@
+#include "engine/measure/step_error.hpp"
+#include "engine/solve/row_terms.hpp"
+
+namespace cairn {
+namespace {
+
+// x less its projection: by how much x misses the law "in [lo, hi], and pushed against a bound only if there".
+template <class S>
+S naturalMap(S x, S step, S lo, S hi) {
+    return x - std::clamp(x - step, lo, hi);
+}
+
+// The tighter of two tolerances, of which 0 asks for nothing.
+double tighter(double a, double b) {
+    return b > 0 && (a == 0 || b < a) ? b : a;
+}
+
+template <class S>
+class Measure {
+public:
+    Measure(Island<S>& island, S h, S dt, const AccuracyDef& accuracy)
+        : island_(island), h_(h), dt_(dt), accuracy_(accuracy) {}
+
+    void run(IslandError& error, IslandError* inner) {
+        const auto counted = [&](const RowBlock<S>& block) -> IslandError& {
+            return inner != nullptr && island_.isInner(block) ? *inner : error;
+        };
+        if (island_.jointBlocks > 0) {
+            island_.jointErrors(C_);
+        }
+        for (std::size_t k = 0; k < static_cast<std::size_t>(island_.jointBlocks); ++k) {
+            joint(island_.blocks[k], counted(island_.blocks[k]));
+        }
+        const RowBlock<S>* block = island_.blocks.data() + island_.jointBlocks;
+        for (const auto& link : island_.patches) {
+            if (link.patch->manifold.count == 0) {
+                continue;
+            }
+            const Placement<S> a(island_.bodies[static_cast<std::size_t>(link.a)].pose);
+            const Placement<S> b(island_.bodies[static_cast<std::size_t>(link.b)].pose);
+            const double asked = tolerance(*block);
+            IslandError& total = counted(*block);
+            IslandError sum = total;  // a copy that nothing else points to stays in registers
+            for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
+                ContactPointState<S>& point = link.patch->points[k];
+                const S before = std::min(S(0), point.separation);
+                const S separation = point.geometry.separation(a, b);
+                sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
+                point.separation = separation;
+                point.error = contact(*block++, separation, asked, sum);
+            }
+            total = sum;
+        }
+    }
+
+private:
+    // The tolerance that bodies of the block ask for, m; 0: none.
+    double tolerance(const RowBlock<S>& block) const {
+        double least = accuracy_.position;
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            least = tighter(least, island_.bodies[static_cast<std::size_t>(block.body(k))].tolerance);
+        }
+        return least;
+    }
+    // asked: tolerance() of the block.
+    void count(double asked, S position, S velocity, IslandError& sum) const {
+        sum.position = std::max(sum.position, static_cast<double>(position));
+        sum.velocity = std::max(sum.velocity, static_cast<double>(velocity));
+        if (asked > 0) {
+            sum.over = std::max(sum.over, static_cast<double>(position) / asked);
+        }
+        if (accuracy_.velocity > 0) {
+            sum.over = std::max(sum.over, static_cast<double>(velocity) / accuracy_.velocity);
+        }
+    }
+    // The arm, m, at which an angular row's error shows: the bodies' radius of gyration about its axis.
+    S arm(const RowBlock<S>& block, S mobility) const {
+        S inverse = 0;
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            inverse += island_.bodies[static_cast<std::size_t>(block.body(k))].inverseMass;
+        }
+        return mobility > S(0) ? std::sqrt(inverse / mobility) : S(0);
+    }
+
+    // What of an error was there before the sub-step; a gap that was open has none.
+    static S onTheWay(S before, S miss, bool oneSided) {
+        return oneSided ? std::min(before, std::max(miss, S(0))) : before;
+    }
+
+    void joint(const RowBlock<S>& block, IslandError& sum) const {
+        S gap = 0;
+        S squared = 0;   // m2
+        S drift = 0;     // m2, change of the error within the sub-step
+        S velocity = 0;  // m/s
+        for (std::size_t i = static_cast<std::size_t>(block.first);
+             i < static_cast<std::size_t>(block.first + block.count); ++i) {
+            Row<S> row = island_.rows[i];
+            const S before = row.C;
+            row.C = C_[i];
+            const S mobility = island_.responses[i].mobility;
+            if (!(mobility > S(0))) {
+                continue;
+            }
+            const S lever = row.isAngular ? arm(block, mobility) : S(1);
+            if (row.isVelocity) {
+                const S step = island_.rowVelocity(row, block) - row.velocity;
+                const S grip = mobility * h_;
+                const S miss = naturalMap<S>(grip * row.lambda, step, grip * row.lo, grip * row.hi);
+                sum.constraint += static_cast<double>(miss * miss / mobility);
+                velocity = std::max(velocity, lever * std::abs(miss));
+                continue;
+            }
+            const S grip = mobility * h_ * h_;
+            const S give =
+                row.isSoft() ? row.compliance * (row.lambda + row.damping * island_.rowVelocity(row, block)) : S(0);
+            const S miss = naturalMap<S>(grip * row.lambda, row.C + give, grip * row.lo, grip * row.hi);
+            sum.constraint += static_cast<double>(miss * miss / grip);
+            const S violation = row.violation();
+            if (row.isAngular) {
+                sum.maxJointAngle = std::max(sum.maxJointAngle, static_cast<double>(violation));
+            } else {
+                gap += violation * violation;
+            }
+            if (!row.isSoft()) {
+                squared += square(lever * miss);
+                drift += square(lever * (miss - onTheWay(before, miss, row.lo == S(0))));
+            }
+        }
+        sum.maxJointGap = std::max(sum.maxJointGap, static_cast<double>(std::sqrt(gap)));
+        count(tolerance(block), std::max(std::sqrt(squared), dt_ * velocity), std::max(std::sqrt(drift) / h_, velocity),
+              sum);
+    }
+
+    S contact(const RowBlock<S>& block, S separation, double asked, IslandError& sum) const {
+        const Row<S>* row = &island_.rows[static_cast<std::size_t>(block.first)];
+        const double depth = std::max(0.0, -static_cast<double>(separation));
+        sum.maxPenetration = std::max(sum.maxPenetration, depth);
+        if (separation <= S(0) || row[0].lambda > S(0)) {
+            sum.penetrationSum += depth;
+            ++sum.touching;
+        }
+        if (separation >= S(0) && row[0].lambda == S(0)) {
+            return S(0);
+        }
+        const RowResponse<S>* response = &island_.responses[static_cast<std::size_t>(block.first)];
+        const S mobility = response[0].mobility;
+        const S miss = std::min(separation, mobility * h_ * h_ * row[0].lambda);
+        sum.constraint += static_cast<double>(miss * miss / (mobility * h_ * h_));
+        S slip = 0;
+        S u[2] = {0, 0};
+        const S mu = block.count == 3 ? frictionCoefficient(island_, block) : S(0);
+        if (block.count == 3) {
+            // Roots are dear beside the rest: most contacts are within the cone, and stick.
+            const S cone = mu * row[0].lambda + static_cast<S>(sum.cone);
+            if (const S force = square(row[1].lambda) + square(row[2].lambda); force > cone * cone) {
+                sum.cone = static_cast<double>(std::sqrt(force) - mu * row[0].lambda);
+            }
+            const S across = S(0.5) * (response[1].mobility + response[2].mobility);
+            S wanted[2];
+            for (int t = 0; t < 2; ++t) {
+                u[t] = island_.rowVelocity(row[1 + t], block);
+                wanted[t] = across * h_ * row[1 + t].lambda - u[t];
+            }
+            const S most = across * h_ * mu * row[0].lambda;
+            const S squared = square(wanted[0]) + square(wanted[1]);
+            const S scale = squared > square(most) ? most / std::sqrt(squared) : S(1);
+            for (int t = 0; t < 2; ++t) {
+                slip += square(across * h_ * row[1 + t].lambda - scale * wanted[t]);
+            }
+            sum.constraint += static_cast<double>(slip / across);
+            slip = std::sqrt(slip);
+        }
+        const S drift = std::abs(miss - onTheWay(row[0].C, miss, true));
+        const S position = std::max(std::abs(miss), dt_ * slip);
+        count(asked, position, std::max(drift / h_, slip), sum);
+        if (accuracy_.coulomb) {
+            sum.coulomb += coulomb(row, block, separation, mobility, mu, u);
+        }
+        return position;
+    }
+
+    // |r - P_K(r - (u_n + mu |u_t|, u_t) / A)|^2 A, J, K the cone |r_t| <= mu r_n (De Saxce; facts/solvers 2.1). u_n is
+    // the speed of the gap that the sub-step leaves, what was deep before it aside.
+    double coulomb(const Row<S>* row, const RowBlock<S>& block, S separation, S mobility, S mu, const S* u) const {
+        const S un = (separation - std::min(row[0].C, S(0))) / h_ + mu * planeLength(u[0], u[1]);
+        const S r[3] = {h_ * row[0].lambda, block.count == 3 ? h_ * row[1].lambda : S(0),
+                        block.count == 3 ? h_ * row[2].lambda : S(0)};
+        S to[3] = {r[0] - un / mobility, r[1] - u[0] / mobility, r[2] - u[1] / mobility};
+        const S across = planeLength(to[1], to[2]);
+        if (across > mu * to[0]) {
+            const S along = std::max(S(0), (to[0] + mu * across) / (S(1) + mu * mu));
+            for (int t = 1; t < 3; ++t) {
+                to[t] *= across > S(0) ? mu * along / across : S(0);
+            }
+            to[0] = along;
+        }
+        return static_cast<double>(mobility * (square(r[0] - to[0]) + square(r[1] - to[1]) + square(r[2] - to[2])));
+    }
+    static S square(S x) { return x * x; }
+
+    Island<S>& island_;
+    S h_;
+    S dt_;
+    const AccuracyDef& accuracy_;
+    std::vector<S> C_;  // of the rows of joints and locks, at the end
+};
+
+}  // namespace
+
+IslandError& IslandError::operator+=(const IslandError& o) {
+    maxPenetration = std::max(maxPenetration, o.maxPenetration);
+    penetrationSum += o.penetrationSum;
+    touching += o.touching;
+    sunk = std::max(sunk, o.sunk);
+    maxJointGap = std::max(maxJointGap, o.maxJointGap);
+    maxJointAngle = std::max(maxJointAngle, o.maxJointAngle);
+    position = std::max(position, o.position);
+    velocity = std::max(velocity, o.velocity);
+    constraint += o.constraint;
+    cone = std::max(cone, o.cone);
+    coulomb += o.coulomb;
+    over = std::max(over, o.over);
+    return *this;
+}
+
+template <class S>
+JointError jointError(const std::vector<Row<S>>& rows) {
+    double linear = 0;
+    JointError error;
+    for (const Row<S>& row : rows) {
+        const double violation = static_cast<double>(row.violation());
+        if (row.isAngular) {
+            error.angle = std::max(error.angle, violation);
+        } else {
+            linear += violation * violation;
+        }
+    }
+    error.gap = std::sqrt(linear);
+    return error;
+}
+
+template <class S>
+IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy, IslandError* inner) {
+    IslandError error;
+    Measure<S>(island, h, dt, accuracy).run(error, inner);
+    return error;
+}
+
+template <class S>
+void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, IslandError& error, IslandError* inner) {
+    for (IslandError* part : {&error, inner}) {
+        if (part != nullptr) {
+            part->penetrationSum = 0;
+            part->touching = 0;
+        }
+    }
+    for (const auto& link : island.patches) {
+        double asked = accuracy.position;
+        bool own = false;
+        for (const int body : {link.a, link.b}) {
+            const double tolerance = island.bodies[static_cast<std::size_t>(body)].tolerance;
+            own = own || tolerance > 0;
+            asked = tighter(asked, tolerance);
+        }
+        IslandError& part = own && inner != nullptr ? *inner : error;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
+            const ContactPointState<S>& point = link.patch->points[k];
+            const double depth = std::max(0.0, -static_cast<double>(point.separation));
+            part.maxPenetration = std::max(part.maxPenetration, depth);
+            part.position = std::max(part.position, depth);
+            if (asked > 0) {
+                part.over = std::max(part.over, depth / asked);
+            }
+            if (depth > 0 || point.normalForce > S(0)) {
+                part.penetrationSum += depth;
+                ++part.touching;
+            }
+        }
+    }
+}
+
+template JointError jointError(const std::vector<Row<float>>&);
+template JointError jointError(const std::vector<Row<double>>&);
+template IslandError measureIsland(Island<float>&, float, float, const AccuracyDef&, IslandError*);
+template IslandError measureIsland(Island<double>&, double, double, const AccuracyDef&, IslandError*);
+template void measurePenetration(const Island<float>&, const AccuracyDef&, IslandError&, IslandError*);
+template void measurePenetration(const Island<double>&, const AccuracyDef&, IslandError&, IslandError*);
+
+}  // namespace cairn

@@ -1,0 +1,61 @@
+#pragma once
+// A body as the world keeps it between steps. Poses are of the centre of mass with the body's own axes.
+#include <cairn/defs.hpp>
+
+#include "base/slot_table.hpp"
+
+namespace cairn {
+
+template <class S>
+struct Body {
+    BodyDef def;
+    Vec3<S> localCentre = Vec3<S>::Zero();   // centre of mass in the body's frame
+    Pose<S> pose;                            // of the centre of mass
+    Pose<S> home;                            // at the time of adding, for axis locks
+    Vec3<S> v = Vec3<S>::Zero();             // m/s, of the centre of mass
+    Vec3<S> w = Vec3<S>::Zero();             // rad/s, world axes
+    S mass = 0;                              // 0: fixed
+    Mat3<S> inertia = Mat3<S>::Zero();       // about the centre of mass, body axes
+    Vec3<S> acceleration = Vec3<S>::Zero();  // m/s2, mean over the last step
+    Vec3<S> force = Vec3<S>::Zero();         // N, asked for this step
+    Vec3<S> torque = Vec3<S>::Zero();        // N m, about the centre of mass
+    bool gyroscopic = false;                 // its inertia differs between axes, so that w turns by itself
+    bool locked = false;                     // has an axis lock
+
+    S unexplained = 0;  // sqrt(J), of the last step: momentum that neither forces nor rows explain
+
+    bool awake = true;
+    double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from restPose
+    Pose<S> restPose;
+    double radius = 0;         // m, farthest point from the centre of mass
+    double innerRadius = 0;    // m, least of its shapes'
+    double turningRadius = 0;  // m: turning by an angle moves no point that matters farther than angle times this
+    // m: moved farther than this within a step, it is swept; and contacts look no farther ahead than its radius.
+    double fastWay = std::numeric_limits<double>::infinity();
+
+    bool isDynamic() const { return def.type == BodyType::Dynamic; }
+    Pose<S> framePose() const { return {pose.position - pose.rotation * localCentre, pose.rotation}; }
+    // The body's frame as the narrow phase wants it.
+    Posed framePoseDouble() const {
+        const Posed p = pose.template cast<double>();
+        return {p.position - p.rotation * localCentre.template cast<double>(), p.rotation};
+    }
+};
+
+// How errors name a body.
+std::string label(const BodyDef& def);
+// Throws InputError for body and field unless `finite`.
+void requireFinite(const BodyDef& def, const char* field, bool finite);
+// The same for a body's speeds, m/s and rad/s: their squares too must be within range.
+template <class S>
+void requireSpeed(const BodyDef& def, const Vec3<S>& linear, const Vec3<S>& angular);
+
+// The body that a def describes, with mass and inertia filled in. Throws InputError for what no body can be, or what
+// this precision cannot hold. continuousShare: of WorldDef.
+template <class S>
+Body<S> makeBody(const BodyDef& def, double continuousShare);
+
+template <class S>
+using BodyTable = SlotTable<Body<S>, BodyId>;
+
+}  // namespace cairn

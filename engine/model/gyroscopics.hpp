@@ -1,0 +1,169 @@
+#pragma once
+// Free motion of one rigid body: the ladder of gyroscopic rules. All in body axes, p = I w.
+#include <cairn/defs.hpp>
+
+#include "base/so3.hpp"
+
+#include <numbers>
+
+namespace cairn {
+
+// I^-1. The bare determinant of a body of 1e13 or 1e-13 kg m2 is beyond float.
+template <class S>
+Mat3<S> inverseOf(const Mat3<S>& inertia) {
+    const S scale = inertia.trace();
+    return Mat3<S>(inertia / scale).inverse() / scale;
+}
+
+// How a body without torque moves within one sub-step: it turns by h `mean` about a fixed axis and then spins at `end`.
+template <class S>
+struct FreeSpin {
+    Vec3<S> mean;  // rad/s
+    Vec3<S> end;   // rad/s; of the rules that carry p it is I^-1 exp(-h mean) p, what the turn leaves of p
+};
+
+// Whether a rule keeps the angular momentum itself, as a vector of the world.
+constexpr bool carriesMomentum(GyroscopicRule rule) {
+    return rule == GyroscopicRule::Midpoint || rule == GyroscopicRule::RungeKutta;
+}
+
+// The midpoint rule on the group of rotations,
+//     I w2 = exp(-h wm) I w1,   wm = (w1 + w2) / 2,
+// solved by Newton. The turn h wm carries p along, so that the angular momentum stands still in the world; and since wm
+// is the axis of that turn, wm . I w2 = wm . I w1, which is the balance of kinetic energy. Both hold to round-off.
+// False: Newton found no answer.
+template <class S>
+bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
+    const Vec3<S> p1 = inertia * w1;
+    w2 = w1;
+    // At a third of a radian Newton is at round-off after three rounds.
+    for (int round = 0; round < 10; ++round) {
+        const Vec3<S> turn = -S(0.5) * h * (w1 + w2);
+        const Vec3<S> p2 = expQuat(turn) * p1;
+        const Mat3<S> gradient = inertia - S(0.5) * h * hat(p2) * leftJacobian(turn);
+        const S scale = inertia.trace();
+        const Vec3<S> change = Mat3<S>(gradient / scale).inverse() * ((inertia * w2 - p2) / scale);
+        w2 -= change;
+        if (change.squaredNorm() <= Eigen::NumTraits<S>::epsilon() * w2.squaredNorm()) {
+            return true;
+        }
+    }
+    return w1.isZero();
+}
+
+// The same in parts: the error in time falls with the square of a part's turn, and one of more than about 2 rad would
+// have no or several answers.
+template <class S>
+FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
+    constexpr S mostTurn = S(0.25);
+    constexpr int mostParts = 10000;  // 2500 rad; beyond, the spin stays as it is
+    Vec3<S> w = w1;
+    Vec3<S> next;
+    if (h * w.norm() <= mostTurn && midpointEnd(inertia, w, h, next)) {
+        return {S(0.5) * (w + next), next};
+    }
+    Quat<S> turn = Quat<S>::Identity();
+    S angle = 0;  // rad, turned through so far
+    S left = h;
+    S most = h;
+    for (int part = 0; left > S(0); ++part) {
+        if (part == mostParts || !(most > S(0))) {
+            return {w1, w1};
+        }
+        const S step = std::min({left, most, mostTurn / w.norm()});
+        if (!midpointEnd(inertia, w, step, next)) {
+            most = S(0.5) * step;
+            continue;
+        }
+        const Vec3<S> theta = S(0.5) * step * (w + next);
+        turn = turn * expQuat(theta);
+        angle += theta.norm();
+        left = step == left ? S(0) : left - step;
+        w = next;
+    }
+    // Of all turns about the axis that end there, the one whose angle is nearest to the way that was turned.
+    const Vec3<S> shortest = logQuat<S>(turn.normalized());
+    const S length = shortest.norm();
+    if (!(length > S(0))) {
+        return {w1, w};
+    }
+    constexpr S circle = S(2) * std::numbers::pi_v<S>;
+    const Vec3<S> axis = shortest / length;
+    const S sense = axis.dot(w1) < S(0) ? S(-1) : S(1);
+    const S whole = std::round((angle - sense * length) / circle);
+    return {(length + sense * whole * circle) / h * axis, w};
+}
+
+// Fourth-order Runge-Kutta for the turn theta (Munthe-Kaas): theta' = J_R^-1(theta) I^-1 exp(-theta) p.
+template <class S>
+FreeSpin<S> rungeKuttaSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
+    const Vec3<S> p = inertia * w1;
+    const Mat3<S> inverse = inverseOf<S>(inertia);
+    const auto spinAt = [&](const Vec3<S>& theta) { return Vec3<S>(inverse * (expQuat<S>(-theta) * p)); };
+    const auto rate = [&](const Vec3<S>& theta) { return Vec3<S>(leftJacobianInverse<S>(-theta) * spinAt(theta)); };
+    const Vec3<S> k1 = w1;
+    const Vec3<S> k2 = rate(S(0.5) * h * k1);
+    const Vec3<S> k3 = rate(S(0.5) * h * k2);
+    const Vec3<S> k4 = rate(h * k3);
+    const Vec3<S> mean = (k1 + S(2) * k2 + S(2) * k3 + k4) / S(6);
+    if (!mean.allFinite()) {
+        return {w1, w1};
+    }
+    return {mean, spinAt(h * mean)};
+}
+
+// The seed's 4.4: w2 = w1 - h I^-1 (w1 x I w1), which then is the spin of the whole sub-step. With `restored`, |I w| is
+// scaled back to what it was.
+template <class S>
+FreeSpin<S> explicitSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h, bool restored) {
+    const Vec3<S> p1 = inertia * w1;
+    Vec3<S> p2 = p1 - h * w1.cross(p1);
+    if (const S length = p2.norm(); restored && length > S(0)) {
+        p2 *= p1.norm() / length;
+    }
+    const Vec3<S> w2 = inverseOf<S>(inertia) * p2;
+    return {w2, w2};
+}
+
+template <class S>
+FreeSpin<S> freeSpin(GyroscopicRule rule, const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
+    switch (rule) {
+        case GyroscopicRule::None:
+            break;
+        case GyroscopicRule::Explicit:
+            return explicitSpin(inertia, w1, h, false);
+        case GyroscopicRule::RestoredMomentum:
+            return explicitSpin(inertia, w1, h, true);
+        case GyroscopicRule::Midpoint:
+            return midpointSpin(inertia, w1, h);
+        case GyroscopicRule::RungeKutta:
+            return rungeKuttaSpin(inertia, w1, h);
+    }
+    return {w1, w1};
+}
+
+// How the mean spin of the sub-step answers an angular impulse at its start: d mean / dp, the inverse of the gyroscopic
+// inertia. To first order in h that is I + (h/2) ([w]x I - [I w]x). The seed's 4.17, I + h (I [w]x - [I w]x), is the
+// same for its own sub-step, whose one spin is that of the end and meets the inertia of the end.
+template <class S>
+Mat3<S> spinResponse(GyroscopicRule rule, const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
+    // In double, where differences leave ten digits.
+    const Mat3<double> wide = inertia.template cast<double>();
+    const Vec3<double> w = w1.template cast<double>();
+    const Mat3<double> inverse = wide.inverse();
+    const double step = 1e-5 * w.norm();
+    if (!(step > 0)) {
+        return inverse.template cast<S>();
+    }
+    Mat3<double> slope;
+    for (int k = 0; k < 3; ++k) {
+        const Vec3<double> aside = step * Vec3<double>::Unit(k);
+        const double hWide = static_cast<double>(h);
+        slope.col(k) = (freeSpin<double>(rule, wide, w + aside, hWide).mean -
+                        freeSpin<double>(rule, wide, w - aside, hWide).mean) /
+                       (2 * step);
+    }
+    return (slope * inverse).template cast<S>();
+}
+
+}  // namespace cairn

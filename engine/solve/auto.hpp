@@ -1,0 +1,23 @@
+#pragma once
+// Auto, the default: for each island `direct` while the predicted cost of its factor is within a stated bound; else
+// `nncg` where contacts stay, `gauss_seidel` where they open and shut.
+#include "engine/solve/newton/direct.hpp"
+
+namespace cairn {
+
+template <class S>
+class Auto final : public Solver<S> {
+public:
+    explicit Auto(const SolverSettings& settings);
+    SolveReport advance(Island<S>& island, S h) override;
+    int substeps(Island<S>& island, S dt) const override;
+
+private:
+    SolverSettings settings_;
+    std::unique_ptr<Direct<S>> direct_;
+    std::unique_ptr<Solver<S>> gaussSeidel_;
+    std::unique_ptr<Solver<S>> nncg_;
+    Solver<S>& sweeper(const Island<S>& island) const { return island.churns ? *gaussSeidel_ : *nncg_; }
+};
+
+}  // namespace cairn

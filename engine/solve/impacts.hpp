@@ -1,0 +1,12 @@
+#pragma once
+// Restitution: Newton's law of impact, u+ = -e u-, against the approach speed at the moment of touching, resolved
+// manifold after manifold before the solver runs (so that a Newton's cradle hands its momentum on; facts/solvers 1.3),
+// the points of one manifold together. Nothing is done, or paid, where no contact bounces.
+#include "engine/islands/island.hpp"
+
+namespace cairn {
+
+template <class S>
+void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h);
+
+}  // namespace cairn

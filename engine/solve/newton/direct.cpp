@@ -1,0 +1,588 @@
+#include "engine/solve/newton/direct.hpp"
+#include "engine/solve/impacts.hpp"
+#include "engine/solve/newton/joint_newton.hpp"
+
+namespace cairn {
+namespace {
+
+// Errors up to this much (m or rad) are corrected by the velocity of the next step: too slow to be seen as a bounce.
+// Larger ones (bodies born overlapping, joints torn by an impact) are projected away without leaving speed behind.
+constexpr double smallError = 1e-4;
+// Joints are closed to this much (m or rad) at the moved poses. Limits are left to the next step: they come and go.
+constexpr double jointTolerance = 1e-6;
+// Rounds of that; where they are not enough, the bodies turn too far within the sub-step.
+constexpr int jointRounds = 8;
+// rad, that a jointed body may turn within a sub-step.
+constexpr double mostTurn = 0.3;
+// rad, the same where shorter sub-steps there are none; the midpoint rule of joints alone ends at pi.
+constexpr double mostWildTurn = 1;
+// rad^2, (h omega)^2 of the swing of a body under its joints' forces.
+constexpr double mostPhase = 1;
+// m/s or rad/s, of joints alone: no rest that games read off as a force.
+constexpr double jointSpeed = 6e-6;
+// Block multiply-adds a body of a factor over joints alone: trees and narrow loops have less than one.
+constexpr double mostJointWork = 10;
+// Of what is in play, the energy that a sub-step of joints alone may make or lose. Where forces are turned ahead all of
+// it comes of a sub-step that is longer or shorter than the last one; elsewhere some is what a chord of another length
+// says of the same speed.
+constexpr double mostImplicitWork = 1e-4;
+constexpr double mostExplicitWork = 1e-3;
+// Of these, what a sub-step may make that cannot be shortened: there are many of them, and it would grow.
+constexpr double growthOfShortest = 0.1;
+// m/s, at which gaps of joints are closed where the answer is linear.
+constexpr double slowSpeed = 6e-3;
+// m/s, above which contacts are expected to open and shut within a step.
+constexpr double movingSpeed = 0.05;
+// Passes of the projection, each about the poses that the last one left.
+constexpr int projectionPasses = 3;
+// Rounds without which Newton is not begun.
+constexpr int fewestRounds = 2;
+// Sweeps that Gauss-Seidel gets where Newton has not converged.
+constexpr int polishSweeps = 20;
+constexpr int fewestPolishSweeps = 3;  // where a bound on work leaves no room for more
+
+// Surfaces this close (m) touch: no bias within. The corners of a box are one too many for a plane; without the band
+// their last nanometres would decide which of them bear the load. In float the last digits of a position are a
+// micrometre.
+template <class S>
+constexpr double touchBand = std::is_same_v<S, double> ? 1e-6 : 1e-5;
+
+// Newton works in double whatever the world's precision: a load of 1e4 : 1 leaves no digits of a float for the light
+// body.
+template <class S>
+struct DirectMemory {
+    ContactNewton<double> newton;
+    JointNewton<S> joints;
+    Island<double> wide;      // bodies and rows of a float island, in double
+    std::uint64_t graph = 0;  // for which cost was predicted
+    double factorWork = 0;
+    double rows = 0;
+};
+
+template <class S>
+DirectMemory<S>& memoryOf(Island<S>& island) {
+    using Memory = std::shared_ptr<DirectMemory<S>>;
+    if (std::any_cast<Memory>(&island.memory.solver) == nullptr) {
+        island.memory.solver = std::make_shared<DirectMemory<S>>();
+    }
+    return **std::any_cast<Memory>(&island.memory.solver);
+}
+
+Row<double> widenRow(const Row<float>& row) {
+    Row<double> wide;
+    wide.a = row.a.cast<double>();
+    wide.b = row.b.cast<double>();
+    wide.C = static_cast<double>(row.C);
+    wide.compliance = static_cast<double>(row.compliance);
+    wide.damping = static_cast<double>(row.damping);
+    wide.lo = static_cast<double>(row.lo);
+    wide.hi = static_cast<double>(row.hi);
+    wide.velocity = static_cast<double>(row.velocity);
+    wide.lambda = static_cast<double>(row.lambda);
+    wide.isVelocity = row.isVelocity;
+    wide.isAngular = row.isAngular;
+    return wide;
+}
+
+RowBlock<double> widenBlock(const RowBlock<float>& block) {
+    RowBlock<double> wide;
+    wide.a = block.a;
+    wide.b = block.b;
+    wide.c = block.c;
+    wide.d = block.d;
+    wide.particles = block.particles;
+    wide.first = block.first;
+    wide.count = block.count;
+    wide.kind = block.kind;
+    wide.friction = static_cast<double>(block.friction);
+    wide.staticFriction = static_cast<double>(block.staticFriction);
+    wide.pointRows = block.pointRows;
+    wide.armA = block.armA.cast<double>();
+    wide.armB = block.armB.cast<double>();
+    return wide;
+}
+
+SolverBody<double> widenBody(const SolverBody<float>& body) {
+    SolverBody<double> wide;
+    wide.fixed = body.fixed;
+    wide.particle = body.particle;
+    wide.pose = body.pose.cast<double>();
+    wide.v = body.v.cast<double>();
+    wide.vBefore = body.vBefore.cast<double>();
+    wide.mass = static_cast<double>(body.mass);
+    wide.inverseMass = body.fixed ? 0 : 1 / wide.mass;
+    wide.inertia = body.inertia.cast<double>();
+    if (!body.fixed && !body.particle) {
+        wide.inverseInertia = wide.inertia.inverse();
+    }
+    return wide;
+}
+
+// The bodies and rows of an island as it stands, in double.
+const Island<double>& widen(const Island<double>& island, DirectMemory<double>&) {
+    return island;
+}
+
+const Island<double>& widen(const Island<float>& island, DirectMemory<float>& memory) {
+    Island<double>& wide = memory.wide;
+    wide.bodies.clear();
+    for (const SolverBody<float>& body : island.bodies) {
+        wide.bodies.push_back(widenBody(body));
+    }
+    wide.rows.clear();
+    for (const Row<float>& row : island.rows) {
+        wide.rows.push_back(widenRow(row));
+    }
+    wide.blocks.clear();
+    for (const RowBlock<float>& block : island.blocks) {
+        wide.blocks.push_back(widenBlock(block));
+    }
+    wide.jointBlocks = island.jointBlocks;
+    wide.respond();
+    return wide;
+}
+
+// m/s, of the centres of mass at the start of the sub-step.
+template <class S>
+S fastestSpeed(const Island<S>& island) {
+    S fastest = 0;
+    for (const SolverBody<S>& body : island.bodies) {
+        fastest = std::max(fastest, body.vBefore.template head<3>().norm());
+    }
+    return fastest;
+}
+
+// Whether contacts are expected to open and shut.
+template <class S>
+bool churns(const Island<S>& island) {
+    return !island.patches.empty() && fastestSpeed(island) > static_cast<S>(movingSpeed);
+}
+
+// Whether no jointed body turns so far within the sub-step that its rows point elsewhere afterwards.
+template <class S>
+bool turnsLittle(const Island<S>& island, const ContactNewton<double>& newton, double h) {
+    const auto turn = [&](int body) {
+        return h * newton.problem.v[static_cast<std::size_t>(body)].template tail<3>().norm();
+    };
+    return std::all_of(island.joints.begin(), island.joints.end(),
+                       [&](const auto& link) { return turn(link.a) <= mostTurn && turn(link.b) <= mostTurn; });
+}
+
+// Whether the forces of the joints swing no body through more than about a radian of phase within the sub-step. Rows
+// point where they did at its start, which is an explicit rule for the swing of a tight chain, and unstable from h
+// omega = 2 on. omega^2 is that of a body held by the force f at the end of an arm: |f| |arm| / I, the geometric
+// stiffness of the joint (seed 7.20).
+bool swingsLittle(const Island<double>& island, const ContactNewton<double>& newton, double h) {
+    std::vector<double> stiffness(island.bodies.size(), 0.0);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(island.jointBlocks); ++k) {
+        const RowBlock<double>& block = island.blocks[k];
+        Vec3<double> impulse = Vec3<double>::Zero();  // on b
+        for (int r = 0; r < block.pointRows; ++r) {
+            const std::size_t i = static_cast<std::size_t>(block.first + r);
+            impulse += newton.problem.p[i] * island.rows[i].b.head<3>();
+        }
+        stiffness[static_cast<std::size_t>(block.a)] += std::max(0.0, -impulse.dot(block.armA)) / h;
+        stiffness[static_cast<std::size_t>(block.b)] += std::max(0.0, impulse.dot(block.armB)) / h;
+    }
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        const SolverBody<double>& body = island.bodies[i];
+        if (!body.fixed && h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > mostPhase) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// Rounds of Newton that the sub-step's bound on work still pays for after what has been spent, with what a little
+// polishing takes kept back.
+template <class S>
+int affordableRounds(const Island<S>& island, const ContactNewton<double>& newton, double spent) {
+    constexpr double most = 1e6;
+    constexpr double visits = 4;  // of each row in a round, beside the factor
+    const double rows = static_cast<double>(island.rows.size());
+    const double kept = 2 * fewestPolishSweeps * rows;
+    const double rounds = (island.mostWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
+    return static_cast<int>(std::clamp(rounds, 0.0, most));
+}
+
+// The base tolerance holds for what rests. What moves at a speed v is solved to a share of v: a ten-thousandth of it is
+// far below what the step length itself gets wrong.
+template <class S>
+NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings, double work) {
+    constexpr double movingShare = 1e-4;
+    // A moving heap changes its contacts by more than any round resolves, and every round is dear. Sweeps with
+    // conjugate directions first, which find most of the active set and how fast each contact slides, so that the lift
+    // needs no correction; then Newton, five thousandths and a loose grip (measured on 200 boxes falling: 18.6 to 7.8
+    // rounds a solve, and less penetration).
+    constexpr double heapShare = 5e-3;
+    constexpr double heapWork = 100;  // block multiply-adds of a factor
+    const bool heap = churns(island) && work > heapWork;
+    constexpr double liftShare = 5e-3;
+    constexpr double jointShare = 0.1;
+    // What a round leaves of the bias. Rows that do not open and shut bear a tighter grip than others: a chain with a
+    // load of 1000 at its end takes 2 rounds a sub-step in place of 5, to the same digits. At 1e-7 what H has lost to
+    // round-off keeps the residual above the tolerance.
+    constexpr double jointGrip = 1e-6;
+    const double speed = static_cast<double>(fastestSpeed(island));
+    NewtonOptions options;
+    // A loose grip takes fewer rounds where contacts open and shut; a tight one fewer where rows stay.
+    options.regularisation = churns(island) ? (heap ? 1e-1 : 1e-2) : 1e-4;
+    options.heap = heap;
+    options.mostLifts = heap ? 0 : options.mostLifts;
+    options.leastRegularisation = 1e-9;
+    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (std::is_same_v<S, double> ? 1e-7 : 2e-5);
+    if (!island.patches.empty()) {
+        options.tolerance = std::max(options.tolerance, (heap ? heapShare : movingShare) * speed);
+    } else {
+        // Joints alone converge at the price of a substitution a round, and their forces are read by games.
+        options.tolerance *= jointShare;
+        options.regularisation = jointGrip;
+    }
+    // At rest little is left to contradiction: creep would add up.
+    options.stalled = options.tolerance * (island.patches.empty() || churns(island) ? 10 : 2);
+    options.liftTolerance = std::max(1e-3, liftShare * speed);
+    options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 60;
+    if (island.roundCap > 0) {
+        options.maxRounds = std::min(options.maxRounds, island.roundCap);
+    }
+    return options;
+}
+
+void fillProblem(const Island<double>& island, ContactNewton<double>& newton, const SolverSettings& settings,
+                 double band, double gentle, double h) {
+    RowProblem<double>& problem = newton.problem;
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<double>& block = island.blocks[k];
+        problem.friction[k] = frictionCoefficient(island, block);
+        for (int r = 0; r < block.count; ++r) {
+            const std::size_t i = static_cast<std::size_t>(block.first + r);
+            const Row<double>& row = island.rows[i];
+            bool hard = false;
+            RowTerms<double>& t = problem.terms[i];
+            t = rowTerms(row, island.responses[i].mobility, h, hard);
+            if (hard) {
+                const double C = block.kind == BlockKind::Contact ? row.C - std::clamp(row.C, -band, band) : row.C;
+                t.bias = hardBias(C, row.lo, gentle, h);
+            }
+            problem.p[i] = row.lambda * h * settings.def.warmStart;
+        }
+        if (block.kind == BlockKind::Contact && block.count == 3) {
+            // The share of last step's friction that today's coefficient still carries.
+            double* p = &problem.p[static_cast<std::size_t>(block.first)];
+            const double length = planeLength(p[1], p[2]);
+            const double most = problem.friction[k] * p[0];
+            if (length > most) {
+                p[1] *= most / length;
+                p[2] *= most / length;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        newton.vStar[i] = island.bodies[i].v;
+    }
+}
+
+// A number that changes when who touches whom changes (FNV-1a).
+template <class S>
+std::uint64_t graphOf(const Island<S>& island) {
+    std::uint64_t hash = 14695981039346656037U;
+    const auto add = [&](auto... numbers) {
+        ((hash = (hash ^ static_cast<std::uint32_t>(numbers)) * 1099511628211U), ...);
+    };
+    for (const SolverBody<S>& body : island.bodies) {
+        add(body.fixed ? 1 : 0);
+    }
+    for (const auto& link : island.joints) {
+        add(link.a, link.b, link.c, link.d);
+    }
+    for (const auto& link : island.locks) {
+        add(link.b);
+    }
+    for (const auto& link : island.patches) {
+        add(link.a, link.b, link.patch->manifold.count);
+    }
+    return hash;
+}
+
+// The largest violation of a hard row at the present poses, m or rad.
+template <class S>
+S worstError(const Island<S>& island) {
+    std::vector<S> C;
+    island.contactErrors(C);
+    S worst = 0;
+    for (const S c : C) {
+        worst = std::max(worst, -c);
+    }
+    island.jointErrors(C);
+    for (std::size_t i = 0; i < C.size(); ++i) {
+        Row<S> row = island.rows[i];
+        row.C = C[i];
+        worst = std::max(worst, row.violation());
+    }
+    return worst;
+}
+
+// The problem of moving the bodies by h v, as little as may be (in the metric of mass), to where the hard rows are
+// obeyed. Friction, motors and springs have no part in it.
+void fillProjection(const Island<double>& island, ContactNewton<double>& newton, double pushOut, double h) {
+    RowProblem<double>& problem = newton.problem;
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        const RowBlock<double>& block = island.blocks[k];
+        problem.friction[k] = -1;
+        for (std::size_t i = static_cast<std::size_t>(block.first);
+             i < static_cast<std::size_t>(block.first + block.count); ++i) {
+            const Row<double>& row = island.rows[i];
+            RowTerms<double>& t = problem.terms[i];
+            t = {};
+            problem.p[i] = 0.0;
+            if (row.isVelocity || row.isSoft()) {
+                continue;
+            }
+            const bool equality = row.lo < 0.0 && row.hi > 0.0;
+            t.mobility = island.responses[i].mobility;
+            t.lo = row.lo;
+            t.hi = row.hi;
+            t.bias = equality ? std::clamp(row.C / h, -pushOut, pushOut) : std::max(row.C / h, -pushOut);
+        }
+    }
+    for (Vec6<double>& v : newton.vStar) {
+        v.setZero();
+    }
+}
+
+NewtonReport solve(ContactNewton<double>& newton, const Island<double>& island, const NewtonOptions& options,
+                   SolveReport& report) {
+    const double before = newton.problem.work();
+    const NewtonReport solved = newton.solve(island, options);
+    report.newtonRounds += solved.rounds;
+    report.factorisations += solved.factorisations;
+    report.work += newton.problem.work() - before;
+    return solved;
+}
+
+}  // namespace
+
+template <class S>
+int Direct<S>::substeps(Island<S>&, S) const {
+    return settings_.def.substeps > 0 ? settings_.def.substeps : 1;
+}
+
+template <class S>
+typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
+    DirectMemory<S>& memory = memoryOf(island);
+    if (const std::uint64_t graph = graphOf(island); graph != memory.graph) {
+        memory.graph = graph;
+        island.linearize();
+        memory.newton.prepare(widen(island, memory), settings_.def.linearSolver);
+        memory.factorWork = memory.newton.work();
+        memory.rows = static_cast<double>(island.rows.size());
+    }
+    return {memory.factorWork, memory.factorWork * (churns(island) ? 30 : 1), memory.rows};
+}
+
+template <class S>
+SolveReport Direct<S>::advance(Island<S>& island, S h) {
+    SolveReport report;
+    report.directSolves = 1;
+    island.predict(h);
+    island.linearize();
+    resolveImpacts(island, settings_, h);
+    report.rows = static_cast<int>(island.rows.size());
+    DirectMemory<S>& memory = memoryOf(island);
+    const bool jointsAlone = memory.joints.prepare(island, mostJointWork * static_cast<double>(island.bodies.size()));
+    if (jointsAlone && solveJoints(island, h, report)) {
+        return report;
+    }
+    const Island<double>& wide = widen(island, memory);
+    ContactNewton<double>& newton = memory.newton;
+    const double hWide = static_cast<double>(h);
+    newton.prepare(wide, settings_.def.linearSolver);
+    fillProblem(wide, newton, settings_, touchBand<S>, jointsAlone ? slowSpeed : smallError / hWide, hWide);
+    NewtonOptions options = optionsFor(island, settings_, newton.work());
+    const int affordable = std::max(fewestRounds, affordableRounds(island, newton, report.work));
+    const bool isBounded = affordable < options.maxRounds;
+    options.maxRounds = std::min(options.maxRounds, affordable);
+    NewtonReport solved = solve(newton, wide, options, report);
+    // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
+    // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
+    const bool quiet = !churns(island);
+    const bool shortEnough =
+        !island.mayRefuse || (turnsLittle(island, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
+    const bool closed =
+        solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(island, options, h, report));
+    report.unconverged = !closed;
+    report.newtonFailed = !solved.converged;
+    report.cut = report.cut || (isBounded && !solved.converged);
+    // What was cut short would not fare better in shorter sub-steps of the same work.
+    if (solved.converged ? !closed && island.mayRefuse : !report.cut && (island.mayRefuse || island.mayRestart)) {
+        report.tooLong = true;
+        return report;
+    }
+    if (!solved.converged) {
+        const double sweeps = (island.mostWork - report.work) / (2 * static_cast<double>(island.rows.size()));
+        solved.residual =
+            newton.polish(wide, static_cast<int>(std::clamp<double>(sweeps, fewestPolishSweeps, polishSweeps)));
+    }
+    report.residual = solved.residual;
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        island.bodies[i].v = newton.problem.v[i].template cast<S>();
+    }
+    for (std::size_t i = 0; i < island.rows.size(); ++i) {
+        island.rows[i].lambda = static_cast<S>(newton.problem.p[i] / hWide);
+    }
+    island.storeLambda();
+    island.integrate(h);
+    projectErrors(island, h, report);
+    return report;
+}
+
+template <class S>
+bool Direct<S>::solveJoints(Island<S>& island, S h, SolveReport& report) const {
+    JointNewton<S>& joints = memoryOf(island).joints;
+    S farthest = 0;
+    for (const SolverBody<S>& body : island.bodies) {
+        farthest = std::max(farthest, body.pose.position.cwiseAbs().maxCoeff());
+    }
+    JointNewtonOptions options;
+    options.tolerance = jointSpeed;
+    options.floor = 2 * static_cast<double>(Eigen::NumTraits<S>::epsilon() * farthest);
+    options.gentle = smallError;
+    options.warmStart = settings_.def.warmStart;
+    const bool answered = joints.solve(island, h, options, report);
+    const double turn = island.mayRefuse ? mostTurn : mostWildTurn;
+    const double mostShare = joints.isImplicit() ? mostImplicitWork : mostExplicitWork;
+    const bool accepted = answered && static_cast<double>(h) * joints.fastestSpin() <= turn &&
+                          (island.mayRefuse ? std::abs(joints.energyShare()) <= mostShare
+                                            : joints.energyShare() <= growthOfShortest * mostShare);
+    if (island.mayRefuse && !accepted) {
+        report.tooLong = true;
+        return true;
+    }
+    if (!accepted) {
+        return false;
+    }
+    joints.handBack(island, h);
+    island.storeLambda();
+    island.integrate(h);
+    if (joints.worst() > smallError) {
+        projectErrors(island, h, report);
+    }
+    return true;
+}
+
+template <class S>
+bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S h, SolveReport& report) const {
+    if (island.jointBlocks == 0) {
+        return true;
+    }
+    DirectMemory<S>& memory = memoryOf(island);
+    const Island<double>& wide = widen(island, memory);
+    ContactNewton<double>& newton = memory.newton;
+    const std::vector<SolverBody<S>> start = island.bodies;
+    const S gentle = static_cast<S>(smallError);
+    // No tighter than what the velocities are solved to.
+    const S tolerance = std::max(static_cast<S>(jointTolerance), S(2) * h * static_cast<S>(options.tolerance));
+    const RowProblem<double> uncorrected = newton.problem;
+    NewtonOptions onwards = options;
+    onwards.goesOn = true;
+    std::vector<S> C;
+    S worst = 0;
+    for (int round = 0; round < jointRounds; ++round) {
+        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+            island.bodies[i].v = newton.problem.v[i].template cast<S>();
+        }
+        island.integrate(h);
+        island.jointErrors(C);
+        island.bodies = start;
+        worst = 0;
+        for (std::size_t i = 0; i < C.size(); ++i) {
+            const Row<S>& row = island.rows[i];
+            if (!row.isHardEquality()) {
+                continue;
+            }
+            const S error = C[i] - row.C + std::clamp(row.C, -gentle, gentle);
+            worst = std::max(worst, std::abs(error));
+            newton.problem.terms[i].bias += static_cast<double>(error / h);
+        }
+        if (worst <= tolerance) {
+            return true;
+        }
+        onwards.maxRounds = std::min(options.maxRounds, affordableRounds(island, newton, report.work));
+        if (onwards.maxRounds == 0) {
+            report.cut = true;
+            break;
+        }
+        const NewtonReport again = solve(newton, wide, onwards, report);
+        if (!again.converged) {
+            break;
+        }
+    }
+    // What the linear rows say errs, but is bounded; corrections that do not settle need not be.
+    newton.problem = uncorrected;
+    return false;
+}
+
+template <class S>
+void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const {
+    DirectMemory<S>& memory = memoryOf(island);
+    ContactNewton<double>& newton = memory.newton;
+    NewtonOptions options = optionsFor(island, settings_, newton.work());
+    options.tolerance = 0.1 * smallError / static_cast<double>(h);
+    options.stalled = 10 * options.tolerance;
+    S before = infinity<S>();
+    // Of the sub-step itself, which its reports go by.
+    std::vector<Row<S>> rows;
+    std::vector<RowResponse<S>> responses;
+    for (int pass = 0; pass < projectionPasses; ++pass) {
+        const S worst = worstError(island);
+        // Rows that contradict each other do not get better.
+        if (worst <= static_cast<S>(smallError) || worst > S(0.9) * before) {
+            break;
+        }
+        before = worst;
+        options.maxRounds = std::min(options.maxRounds, affordableRounds(island, newton, report.work));
+        if (options.maxRounds < fewestRounds) {
+            report.cut = true;
+            break;
+        }
+        if (rows.empty()) {
+            rows = island.rows;
+            responses = island.responses;
+        }
+        island.linearize();
+        const Island<double>& wide = widen(island, memory);
+        newton.prepare(wide, settings_.def.linearSolver);
+        newton.forget();
+        fillProjection(wide, newton, settings_.maxPushOutSpeed, static_cast<double>(h));
+        solve(newton, wide, options, report);
+        const std::vector<SolverBody<S>> unmoved = island.bodies;
+        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+            SolverBody<S>& body = island.bodies[i];
+            if (!body.fixed) {
+                const Vec6<S> moved = h * newton.problem.v[i].template cast<S>();
+                body.pose.position += moved.template head<3>();
+                body.pose.rotation = rotated<S>(body.pose.rotation, moved.template tail<3>());
+            }
+        }
+        if (!(worstError(island) < worst)) {
+            island.bodies = unmoved;
+            break;
+        }
+    }
+    if (!rows.empty()) {
+        island.rows = std::move(rows);
+        island.responses = std::move(responses);
+    }
+}
+
+template <class S>
+std::unique_ptr<Solver<S>> makeDirect(const SolverSettings& settings) {
+    return std::make_unique<Direct<S>>(settings);
+}
+
+template std::unique_ptr<Solver<float>> makeDirect(const SolverSettings&);
+template std::unique_ptr<Solver<double>> makeDirect(const SolverSettings&);
+template class Direct<float>;
+template class Direct<double>;
+
+}  // namespace cairn

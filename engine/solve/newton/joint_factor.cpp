@@ -1,0 +1,245 @@
+#include "engine/solve/newton/joint_factor.hpp"
+
+#include <map>
+#include <set>
+
+namespace cairn {
+namespace {
+
+// Replaces the matrix (row-major) by its inverse; false if it has none to working precision.
+bool invert(double* m, std::size_t size) {
+    if (size == 3) {
+        Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> whole(m);
+        const Mat3<double> inverse = whole.inverse();
+        whole = inverse;
+        return inverse.allFinite();
+    }
+    std::array<int, JointFactor::mostRows> swapped{};
+    for (std::size_t k = 0; k < size; ++k) {
+        std::size_t pivot = k;
+        for (std::size_t r = k + 1; r < size; ++r) {
+            if (std::abs(m[r * size + k]) > std::abs(m[pivot * size + k])) {
+                pivot = r;
+            }
+        }
+        swapped[k] = static_cast<int>(pivot);
+        if (pivot != k) {
+            std::swap_ranges(m + k * size, m + (k + 1) * size, m + pivot * size);
+        }
+        const double value = m[k * size + k];
+        if (!(std::abs(value) > 0)) {
+            return false;
+        }
+        const double scale = 1 / value;
+        m[k * size + k] = 1;
+        for (std::size_t c = 0; c < size; ++c) {
+            m[k * size + c] *= scale;
+        }
+        for (std::size_t r = 0; r < size; ++r) {
+            if (r == k) {
+                continue;
+            }
+            const double share = m[r * size + k];
+            m[r * size + k] = 0;
+            for (std::size_t c = 0; c < size; ++c) {
+                m[r * size + c] -= share * m[k * size + c];
+            }
+        }
+    }
+    for (std::size_t k = size; k-- > 0;) {
+        const std::size_t other = static_cast<std::size_t>(swapped[k]);
+        if (other != k) {
+            for (std::size_t r = 0; r < size; ++r) {
+                std::swap(m[r * size + k], m[r * size + other]);
+            }
+        }
+    }
+    return true;
+}
+
+}  // namespace
+
+bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, std::size_t bodies, double mostWork) {
+    if (graph == graph_ && counts == counts_) {
+        return serves_;
+    }
+    graph_ = graph;
+    counts_ = counts;
+    serves_ = false;
+
+    const std::size_t n = graph_.size();
+    std::vector<std::vector<int>> jointsOf(bodies);
+    for (std::size_t k = 0; k < n; ++k) {
+        for (const int body : graph_[k]) {
+            if (body >= 0) {
+                jointsOf[at(body)].push_back(static_cast<int>(k));
+            }
+        }
+    }
+    constexpr std::size_t mostAtBody = 12;
+    std::vector<std::set<int>> neighbours(n);
+    for (const std::vector<int>& joints : jointsOf) {
+        if (joints.size() > mostAtBody) {
+            return false;
+        }
+        for (const int i : joints) {
+            for (const int j : joints) {
+                if (i != j) {
+                    neighbours[at(i)].insert(j);
+                }
+            }
+        }
+    }
+    // Least degree first: leaves of a tree, one after the other, without fill.
+    std::set<std::pair<std::size_t, int>> queue;
+    for (std::size_t k = 0; k < n; ++k) {
+        queue.insert({neighbours[k].size(), static_cast<int>(k)});
+    }
+    order_.clear();
+    placeOf_.assign(n, -1);
+    std::vector<std::vector<int>> laterOf;
+    work_ = 0;
+    while (!queue.empty()) {
+        const int k = queue.begin()->second;
+        queue.erase(queue.begin());
+        placeOf_[at(k)] = static_cast<int>(order_.size());
+        order_.push_back(k);
+        const std::vector<int> left(neighbours[at(k)].begin(), neighbours[at(k)].end());
+        const double own = counts_[at(k)];
+        double others = 0;
+        for (const int i : left) {
+            others += counts_[at(i)];
+            queue.erase({neighbours[at(i)].size(), i});
+            neighbours[at(i)].erase(k);
+            for (const int j : left) {
+                if (i != j) {
+                    neighbours[at(i)].insert(j);
+                }
+            }
+            queue.insert({neighbours[at(i)].size(), i});
+        }
+        work_ += own * (own * own + own * others + others * others) / 216;
+        if (work_ > mostWork) {
+            return false;
+        }
+        laterOf.push_back(left);
+    }
+    std::map<std::pair<int, int>, std::size_t> offsets;
+    size_ = 0;
+    const auto offsetOf = [&](int row, int column) {
+        const auto [found, made] = offsets.try_emplace({row, column}, size_);
+        if (made) {
+            size_ += at(counts_[at(order_[at(row)])] * counts_[at(order_[at(column)])]);
+        }
+        return found->second;
+    };
+    later_.assign(n, {});
+    diagonal_.clear();
+    targets_.clear();
+    for (std::size_t k = 0; k < n; ++k) {
+        const int own = static_cast<int>(k);
+        diagonal_.push_back(offsetOf(own, own));
+        for (const int block : laterOf[k]) {
+            const int place = placeOf_[at(block)];
+            later_[k].push_back({place, offsetOf(own, place), offsetOf(place, own)});
+        }
+        for (const Later& i : later_[k]) {
+            for (const Later& j : later_[k]) {
+                targets_.push_back(offsetOf(i.place, j.place));
+            }
+        }
+    }
+    sums_.clear();
+    for (std::size_t body = 0; body < jointsOf.size(); ++body) {
+        for (const int i : jointsOf[body]) {
+            for (const int j : jointsOf[body]) {
+                const int row = placeOf_[at(i)];
+                const int column = placeOf_[at(j)];
+                const int index = static_cast<int>(body);
+                sums_.push_back({i, j, graph_[at(i)][1] == index, graph_[at(j)][1] == index, offsetOf(row, column)});
+            }
+        }
+    }
+    serves_ = true;
+    return true;
+}
+
+void JointFactor::clear() {
+    matrix_.assign(size_, 0.0);
+}
+
+bool JointFactor::solve(const Rows& active, std::vector<double>& right) {
+    const auto activeAt = [&](std::size_t place) -> const std::vector<int>& { return active[at(order_[place])]; };
+    std::size_t target = 0;
+    for (std::size_t k = 0; k < order_.size(); ++k) {
+        const std::vector<int>& own = activeAt(k);
+        const std::size_t m = own.size();
+        const double* pivot = &matrix_[diagonal_[k]];
+        if (!invert(&matrix_[diagonal_[k]], m)) {
+            return false;
+        }
+        for (const Later& i : later_[k]) {
+            // A_ik <- A_ik A_kk^-1
+            double* lower = &matrix_[i.lower];
+            const std::vector<int>& theirs = activeAt(at(i.place));
+            for (std::size_t r = 0; r < theirs.size(); ++r) {
+                std::array<double, JointFactor::mostRows> row{};
+                for (std::size_t c = 0; c < m; ++c) {
+                    double sum = 0;
+                    for (std::size_t l = 0; l < m; ++l) {
+                        sum += lower[r * m + l] * pivot[l * m + c];
+                    }
+                    row[c] = sum;
+                }
+                for (std::size_t c = 0; c < m; ++c) {
+                    lower[r * m + c] = row[c];
+                    right[at(theirs[r])] -= row[c] * right[at(own[c])];
+                }
+            }
+        }
+        for (const Later& i : later_[k]) {
+            for (const Later& j : later_[k]) {
+                const double* lower = &matrix_[i.lower];
+                const double* upper = &matrix_[j.upper];
+                double* out = &matrix_[targets_[target++]];
+                const std::size_t width = activeAt(at(j.place)).size();
+                for (std::size_t r = 0; r < activeAt(at(i.place)).size(); ++r) {
+                    for (std::size_t l = 0; l < m; ++l) {
+                        const double share = lower[r * m + l];
+                        for (std::size_t c = 0; c < width; ++c) {
+                            out[r * width + c] -= share * upper[l * width + c];
+                        }
+                    }
+                }
+            }
+        }
+    }
+    for (std::size_t k = order_.size(); k-- > 0;) {
+        const std::vector<int>& own = activeAt(k);
+        const std::size_t m = own.size();
+        std::array<double, JointFactor::mostRows> rest{};
+        for (std::size_t r = 0; r < m; ++r) {
+            rest[r] = right[at(own[r])];
+        }
+        for (const Later& j : later_[k]) {
+            const std::vector<int>& theirs = activeAt(at(j.place));
+            const double* upper = &matrix_[j.upper];
+            for (std::size_t r = 0; r < m; ++r) {
+                for (std::size_t c = 0; c < theirs.size(); ++c) {
+                    rest[r] -= upper[r * theirs.size() + c] * right[at(theirs[c])];
+                }
+            }
+        }
+        const double* pivot = &matrix_[diagonal_[k]];
+        for (std::size_t r = 0; r < m; ++r) {
+            double value = 0;
+            for (std::size_t c = 0; c < m; ++c) {
+                value += pivot[r * m + c] * rest[c];
+            }
+            right[at(own[r])] = value;
+        }
+    }
+    return true;
+}
+
+}  // namespace cairn

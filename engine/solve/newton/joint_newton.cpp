@@ -1,0 +1,487 @@
+#include "engine/solve/newton/joint_newton.hpp"
+#include "engine/model/gyroscopics.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace cairn {
+namespace {
+
+constexpr int mostRounds = 12;
+// Of a row's own mobility: keeps rows that repeat others (a closed loop of hinges in a plane) from being pushed without
+// end; too little to be seen elsewhere.
+constexpr double redundant = 1e-12;
+
+// N m s, at the start of a free motion whose mean spin over h is that of the body. By the midpoint rule of motion.hpp,
+// p2 = exp(-h w) p1 and w = I^-1 (p1 + p2) / 2, so that p1 = 2 (1 + exp(-h w))^-1 I w.
+Vec3<double> momentumOf(const JointBody& body, double h) {
+    const Vec3<double> w = body.v.tail<3>();
+    const Vec3<double> spin = body.inertia * w;
+    if (!body.midpoint) {
+        return spin + body.gyroMomentum;
+    }
+    const double half = 0.5 * h * w.norm();
+    constexpr double smallHalf = 0.02;  // rad, below which the series is exact
+    const double squared = half * half;
+    const double tangent = half < smallHalf ? 1 + squared * (1.0 / 3 + squared * (2.0 / 15 + squared * 17.0 / 315))
+                                            : std::tan(half) / half;
+    const double k = 0.5 * h * tangent;
+    return spin + k * w.cross(spin);
+}
+
+// -d(arm x exp(-theta) f) / d theta, with the force f as it meets the body.
+void addSwing(JointBody& body, const Vec3<double>& f, const Vec3<double>& arm) {
+    if (body.fixed) {
+        return;
+    }
+    const Vec3<double> met = body.ahead * f;
+    body.stiffness.noalias() -= met * arm.transpose();
+    body.stiffness.diagonal().array() += met.dot(arm);
+}
+
+}  // namespace
+
+template <class S>
+bool JointNewton<S>::prepare(const Island<S>& island, double mostWork) {
+    if (!island.patches.empty() || island.blocks.empty()) {
+        return false;
+    }
+    graph_.clear();
+    counts_.clear();
+    for (const RowBlock<S>& block : island.blocks) {
+        if (block.particles || at(block.count) > JointFactor::mostRows) {
+            return false;
+        }
+        const auto node = [&](int body) { return island.bodies[at(body)].fixed ? -1 : body; };
+        graph_.push_back({node(block.a), node(block.b)});
+        counts_.push_back(block.count);
+    }
+    for (const SolverBody<S>& body : island.bodies) {
+        if (body.particle || body.holdsInertia) {
+            return false;
+        }
+    }
+    return factor_.analyse(graph_, counts_, island.bodies.size(), mostWork);
+}
+
+// Takes the rows where h v brings the bodies, and what they and the balance of momentum miss.
+template <class S>
+void JointNewton<S>::evaluate(Island<S>& island, S h) {
+    const double wide = static_cast<double>(h);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        SolverBody<S>& body = island.bodies[i];
+        JointBody& mine = bodies_[i];
+        body.pose = start_[i];
+        body.pose = body.moved(mine.v.template cast<S>(), h);
+        if (mine.fixed) {
+            continue;
+        }
+        mine.miss.head<3>() = mine.mass * (mine.v - mine.vStar).head<3>();
+        mine.miss.tail<3>() = momentumOf(mine, wide) - mine.momentum;
+        mine.stiffness.setZero();
+        const Mat3<double> turn = hat(Vec3<double>(wide * mine.v.tail<3>()));
+        mine.turning = Mat3<double>::Identity() + 0.5 * turn + (1.0 / 6) * turn * turn;
+        if (lag_ > 0) {
+            // A turn about theta, by 2 atan(|theta| / 2).
+            const Vec3<double> half = -0.5 * lag_ * wide * (mine.v - mine.vBefore).tail<3>();
+            mine.ahead = Quat<double>(1, half.x(), half.y(), half.z()).normalized().toRotationMatrix();
+        }
+    }
+    endRows_.clear();
+    endBlocks_.clear();
+    island.linearizeJoints(endRows_, endBlocks_);
+    worst_ = 0;
+    missed_ = 0;
+    for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
+        evaluateBlock(island, k, wide);
+    }
+    scatter_ = 0;
+    for (const JointBody& body : bodies_) {
+        if (!body.fixed) {
+            scatter_ = std::max({scatter_, body.inverseMass * body.miss.head<3>().norm(),
+                                 (body.inverseInertia * body.miss.tail<3>()).norm()});
+        }
+    }
+}
+
+template <class S>
+void JointNewton<S>::evaluateBlock(const Island<S>& island, std::size_t k, double h) {
+    const RowBlock<S>& start = island.blocks[k];
+    const RowBlock<S>& end = endBlocks_[k];
+    const Vec3<double> armA = start.armA.template cast<double>();
+    const Vec3<double> armB = start.armB.template cast<double>();
+    const Vec3<double> endArmA = end.armA.template cast<double>();
+    const Vec3<double> endArmB = end.armB.template cast<double>();
+    JointBody& a = bodies_[at(end.a)];
+    JointBody& b = bodies_[at(end.b)];
+    // Three hard rows of a point hold it whatever their axes: those of the start, which do not turn.
+    bool whole = end.pointRows == 3;
+    Vec3<double> gap = Vec3<double>::Zero();
+    for (int r = 0; r < 3 && whole; ++r) {
+        const Row<S>& row = endRows_[at(end.first + r)];
+        whole = row.isHardEquality();
+        gap += static_cast<double>(row.C) * row.b.template head<3>().template cast<double>();
+    }
+    Vec3<double> force = Vec3<double>::Zero();  // N s, on b
+    for (int r = 0; r < end.count; ++r) {
+        const std::size_t i = at(end.first + r);
+        const Row<S>& row = endRows_[i];
+        const Row<S>& first = island.rows[i];
+        JointRow& mine = rows_[i];
+        double C = static_cast<double>(row.C);
+        mine.a = first.a.template cast<double>();
+        mine.b = first.b.template cast<double>();
+        if (row.isAngular) {
+            mine.endA = row.a.template cast<double>();
+            mine.endB = row.b.template cast<double>();
+        } else {
+            const Vec3<double> n = mine.b.head<3>();
+            const Vec3<double> endN =
+                whole && r < 3 ? n : Vec3<double>(row.b.template head<3>().template cast<double>());
+            if (whole && r < 3) {
+                C = n.dot(gap);
+            }
+            mine.endA << -endN, endN.cross(endArmA);
+            mine.endB << endN, endArmB.cross(endN);
+            if (lag_ > 0) {
+                mine.a.tail<3>() = (a.ahead * n).cross(armA);
+                mine.b.tail<3>() = armB.cross(b.ahead * n);
+            }
+            force += mine.p * n;
+        }
+        if (row.isVelocity) {
+            mine.endA = mine.a;
+            mine.endB = mine.b;
+            mine.u = mine.a.dot(a.v) + mine.b.dot(b.v);
+        } else {
+            mine.endA.tail<3>() = a.turning.transpose() * mine.endA.tail<3>();
+            mine.endB.tail<3>() = b.turning.transpose() * mine.endB.tail<3>();
+            mine.u = (C - mine.startC) / h;
+            worst_ = std::max(worst_, whole && r < 3 ? std::abs(C) : static_cast<double>(row.violation()));
+        }
+        mine.u += mine.terms.bias + mine.terms.softness * mine.p;
+        if (const double scale = mine.terms.mobility + mine.terms.softness; scale > 0) {
+            const double to = std::clamp(mine.p - mine.u / scale, mine.terms.lo, mine.terms.hi);
+            missed_ = std::max(missed_, scale * std::abs(mine.p - to));
+        }
+        if (!a.fixed) {
+            a.miss -= mine.p * mine.a;
+        }
+        if (!b.fixed) {
+            b.miss -= mine.p * mine.b;
+        }
+    }
+    addSwing(a, -force, armA);
+    addSwing(b, force, armB);
+}
+
+// From the forces of the last solve and, of what hangs, from its weight, which a slack chain will have to bear when it
+// tightens.
+template <class S>
+double JointNewton<S>::chooseLag(const Island<S>& island, double h) {
+    constexpr double fullPhase = 4;  // (h omega)^2, from which on lag is 1/2
+    double weight = 0;               // N
+    const bool hangs =
+        std::any_of(graph_.begin(), graph_.end(), [](const auto& ends) { return ends[0] < 0 || ends[1] < 0; });
+    for (const SolverBody<S>& body : island.bodies) {
+        weight += hangs ? static_cast<double>(body.force.template head<3>().norm()) : 0.0;
+    }
+    moments_.assign(bodies_.size(), 0.0);
+    for (const RowBlock<S>& block : island.blocks) {
+        Vec3<double> impulse = Vec3<double>::Zero();
+        for (int i = block.first; i < block.first + block.count; ++i) {
+            impulse += rows_[at(i)].p * island.rows[at(i)].b.template head<3>().template cast<double>();
+        }
+        const double force = std::max(weight, impulse.norm() / h);
+        moments_[at(block.a)] += force * static_cast<double>(block.armA.norm());
+        moments_[at(block.b)] += force * static_cast<double>(block.armB.norm());
+    }
+    double phase = 0;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        if (!bodies_[i].fixed) {
+            // Half the trace is the inertia of a slender body across its length.
+            phase = std::max(phase, 2 * h * h * moments_[i] / bodies_[i].inertia.trace());
+        }
+    }
+    return 0.5 * std::clamp((phase - 1) / (fullPhase - 1), 0.0, 1.0);
+}
+
+template <class S>
+bool JointNewton<S>::isSettled(double h, const JointNewtonOptions& options) const {
+    // What the balance of momentum misses goes into the twists that are handed on, not into where the joints are.
+    constexpr double scatterShare = 10;
+    const double speed = std::max(options.tolerance, options.floor / h);
+    return missed_ <= speed && scatter_ <= scatterShare * speed;
+}
+
+template <class S>
+void JointNewton<S>::chooseActive() {
+    for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
+        const RowBlock<S>& block = endBlocks_[k];
+        JointBody& a = bodies_[at(block.a)];
+        JointBody& b = bodies_[at(block.b)];
+        active_[k].clear();
+        for (int i = block.first; i < block.first + block.count; ++i) {
+            JointRow& row = rows_[at(i)];
+            const double scale = row.terms.mobility + row.terms.softness;
+            const double wanted = scale > 0 ? row.p - row.u / scale : 0;
+            if (scale > 0 && wanted > row.terms.lo && wanted < row.terms.hi) {
+                active_[k].push_back(i);
+                continue;
+            }
+            const double change = std::clamp(wanted, row.terms.lo, row.terms.hi) - row.p;
+            row.p += change;
+            a.miss -= change * row.a;
+            b.miss -= change * row.b;
+        }
+    }
+}
+
+template <class S>
+void JointNewton<S>::stiffen(double h) {
+    for (JointBody& body : bodies_) {
+        if (body.fixed) {
+            continue;
+        }
+        // A joint under pressure makes its bodies fall over, and faster than the step sees where that is as much as
+        // their inertia: there only what holds them upright is taken.
+        constexpr double leastShare = 0.5;
+        Mat3<double> inertia = body.inertia + lag_ * h * body.stiffness;
+        if (body.midpoint) {
+            const Vec3<double> w = body.v.tail<3>();
+            inertia += 0.5 * h * (hat(w) * body.inertia - hat(Vec3<double>(body.inertia * w)));
+        }
+        if (inertia.determinant() < leastShare * body.inertia.determinant()) {
+            Eigen::SelfAdjointEigenSolver<Mat3<double>> parts;
+            parts.computeDirect(0.5 * (body.stiffness + body.stiffness.transpose()));
+            inertia = body.inertia + lag_ * h * parts.eigenvectors() * parts.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                                         parts.eigenvectors().transpose();
+        }
+        body.give = inertia.inverse();
+    }
+    for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
+        const JointBody& a = bodies_[at(endBlocks_[k].a)];
+        const JointBody& b = bodies_[at(endBlocks_[k].b)];
+        for (const int i : active_[k]) {
+            JointRow& row = rows_[at(i)];
+            if (!a.fixed) {
+                row.giveA.head<3>() = a.inverseMass * row.a.head<3>();
+                row.giveA.tail<3>().noalias() = a.give * row.a.tail<3>();
+            }
+            if (!b.fixed) {
+                row.giveB.head<3>() = b.inverseMass * row.b.head<3>();
+                row.giveB.tail<3>().noalias() = b.give * row.b.tail<3>();
+            }
+        }
+    }
+}
+
+// Solves for the change of the active rows' impulses and adds it, and what it does to the twists.
+template <class S>
+bool JointNewton<S>::newtonStep() {
+    factor_.clear();
+    for (const JointFactor::Sum& sum : factor_.sums()) {
+        double* out = factor_.at(sum);
+        for (const int r : active_[at(sum.row)]) {
+            const Vec6<double>& end = sum.rowIsB ? rows_[at(r)].endB : rows_[at(r)].endA;
+            for (const int c : active_[at(sum.column)]) {
+                *out++ += end.dot(sum.columnIsB ? rows_[at(c)].giveB : rows_[at(c)].giveA);
+            }
+        }
+    }
+    moved_.resize(bodies_.size());
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const JointBody& body = bodies_[i];
+        if (body.fixed) {
+            moved_[i].setZero();
+            continue;
+        }
+        moved_[i].head<3>() = -body.inverseMass * body.miss.head<3>();
+        moved_[i].tail<3>().noalias() = -body.give * body.miss.tail<3>();
+    }
+    for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
+        const Vec6<double>& a = moved_[at(endBlocks_[k].a)];
+        const Vec6<double>& b = moved_[at(endBlocks_[k].b)];
+        double* diagonal = factor_.diagonal(k);
+        for (const int i : active_[k]) {
+            const JointRow& row = rows_[at(i)];
+            *diagonal = *diagonal * (1 + redundant) + row.terms.softness;
+            diagonal += active_[k].size() + 1;
+            right_[at(i)] = -row.u - row.endA.dot(a) - row.endB.dot(b);
+        }
+    }
+    if (!factor_.solve(active_, right_)) {
+        return false;
+    }
+    for (std::size_t place = factor_.order().size(); place-- > 0;) {
+        const std::size_t k = at(factor_.order()[place]);
+        for (const int i : active_[k]) {
+            JointRow& row = rows_[at(i)];
+            row.p += right_[at(i)];
+            moved_[at(endBlocks_[k].a)] += right_[at(i)] * row.giveA;
+            moved_[at(endBlocks_[k].b)] += right_[at(i)] * row.giveB;
+        }
+    }
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        if (!bodies_[i].fixed) {
+            bodies_[i].v += moved_[i];
+        }
+    }
+    return true;
+}
+
+template <class S>
+void JointNewton<S>::start(Island<S>& island, S h, const JointNewtonOptions& options) {
+    const double wide = static_cast<double>(h);
+    bodies_.resize(island.bodies.size());
+    start_.resize(island.bodies.size());
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const SolverBody<S>& body = island.bodies[i];
+        JointBody& mine = bodies_[i];
+        start_[i] = body.pose;
+        mine.fixed = body.fixed;
+        mine.midpoint = !body.fixed && body.gyroscopic == GyroscopicRule::Midpoint;
+        mine.vStar = body.v.template cast<double>();
+        mine.v = mine.vStar;
+        if (body.fixed) {
+            continue;
+        }
+        mine.mass = static_cast<double>(body.mass);
+        mine.inverseMass = static_cast<double>(body.inverseMass);
+        mine.inertia = body.inertia.template cast<double>();
+        mine.inverseInertia = body.inverseInertia.template cast<double>();
+        mine.gyroMomentum = body.gyroMomentum.template cast<double>();
+        mine.momentum = mine.inertia * mine.vStar.tail<3>() + mine.gyroMomentum;
+        mine.v = body.vBefore.template cast<double>();
+        mine.vBefore = mine.v;
+        if (body.gyroscopic != GyroscopicRule::None) {
+            // The free motion runs backwards as it runs on: by as much as its mean spin is ahead of that of now.
+            const Vec3<double> pushed = mine.inverseInertia * body.outside.template tail<3>().template cast<double>();
+            mine.vBefore.tail<3>() = 2 * mine.v.tail<3>() + pushed - mine.vStar.tail<3>();
+        }
+        mine.ahead.setIdentity();
+    }
+    rows_.resize(island.rows.size());
+    right_.resize(rows_.size());
+    active_.resize(island.blocks.size());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        const Row<S>& row = island.rows[i];
+        JointRow& mine = rows_[i];
+        bool hard = false;
+        const RowTerms<S> terms = rowTerms(row, island.responses[i].mobility, h, hard);
+        mine.terms = {static_cast<double>(terms.mobility), static_cast<double>(terms.bias),
+                      static_cast<double>(terms.softness), static_cast<double>(terms.lo),
+                      static_cast<double>(terms.hi)};
+        mine.startC = static_cast<double>(row.C);
+        if (hard) {
+            mine.terms.bias = hardBias(mine.startC, static_cast<double>(row.lo), options.gentle / wide, wide);
+        }
+        mine.p = std::clamp(static_cast<double>(row.lambda) * wide * options.warmStart, mine.terms.lo, mine.terms.hi);
+        mine.giveA.setZero();
+        mine.giveB.setZero();
+    }
+    lag_ = chooseLag(island, wide);
+    evaluate(island, h);
+}
+
+template <class S>
+bool JointNewton<S>::solve(Island<S>& island, S h, const JointNewtonOptions& options, SolveReport& report) {
+    const double wide = static_cast<double>(h);
+    const auto visited = [&] { report.work += static_cast<double>(rows_.size()); };
+    start(island, h, options);
+    visited();
+    bool found = isSettled(wide, options);
+    const auto step = [&] {
+        chooseActive();
+        stiffen(wide);
+        ++report.newtonRounds;
+        ++report.factorisations;
+        report.work += visitsOfProduct * factor_.work();
+        return newtonStep();
+    };
+    for (int round = 0; !found && round < mostRounds && step(); ++round) {
+        evaluate(island, h);
+        visited();
+        if (!std::isfinite(missed_ + scatter_)) {
+            break;
+        }
+        found = isSettled(wide, options);
+    }
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        island.bodies[i].pose = start_[i];
+    }
+    if (found) {
+        report.residual = missed_;
+        sumUp(island);
+    }
+    return found;
+}
+
+template <class S>
+double JointNewton<S>::fastestSpin() const {
+    double fastest = 0;
+    for (const JointBody& body : bodies_) {
+        fastest = body.fixed ? fastest : std::max(fastest, body.v.tail<3>().norm());
+    }
+    return fastest;
+}
+
+template <class S>
+void JointNewton<S>::sumUp(const Island<S>& island) {
+    jointWork_ = 0;
+    inPlay_ = 0;
+    for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
+        const JointBody& a = bodies_[at(endBlocks_[k].a)];
+        const JointBody& b = bodies_[at(endBlocks_[k].b)];
+        for (int i = endBlocks_[k].first; i < endBlocks_[k].first + endBlocks_[k].count; ++i) {
+            const JointRow& row = rows_[at(i)];
+            if (endRows_[at(i)].isHardEquality()) {
+                jointWork_ += 0.5 * row.p *
+                              ((a.fixed ? 2 * row.a.dot(a.v) : row.a.dot(a.v + a.vBefore)) +
+                               (b.fixed ? 2 * row.b.dot(b.v) : row.b.dot(b.v + b.vBefore)));
+            }
+        }
+    }
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const JointBody& body = bodies_[i];
+        if (!body.fixed) {
+            const Vec3<double> w = body.vBefore.tail<3>();
+            inPlay_ += 0.5 * (body.mass * body.vBefore.head<3>().squaredNorm() + w.dot(body.inertia * w)) +
+                       fallInPlay * static_cast<double>(island.bodies[i].force.template head<3>().norm());
+        }
+    }
+}
+
+// The poses go where the joints are closed; the twists that are handed on get the last digits of the balance of
+// momentum.
+template <class S>
+void JointNewton<S>::handBack(Island<S>& island, S h) const {
+    const double wide = static_cast<double>(h);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const JointBody& mine = bodies_[i];
+        SolverBody<S>& body = island.bodies[i];
+        if (mine.fixed) {
+            continue;
+        }
+        Vec6<double> left;
+        left.head<3>() = mine.inverseMass * mine.miss.head<3>();
+        left.tail<3>() = mine.inverseInertia * mine.miss.tail<3>();
+        if (mine.midpoint) {
+            const Vec3<double> spin = mine.inertia * mine.v.tail<3>();
+            body.gyroMomentum = (momentumOf(mine, wide) - mine.miss.tail<3>() - spin).template cast<S>();
+            left.tail<3>().setZero();
+        }
+        body.v = (mine.v - left).template cast<S>();
+        body.offset = (wide * left).template cast<S>();
+    }
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        Row<S>& row = island.rows[i];
+        row.a = rows_[i].a.template cast<S>();
+        row.b = rows_[i].b.template cast<S>();
+        row.lambda = static_cast<S>(rows_[i].p / wide);
+    }
+}
+
+template class JointNewton<float>;
+template class JointNewton<double>;
+
+}  // namespace cairn

@@ -1,0 +1,146 @@
+#pragma once
+// The regularised contact problem of one island, solved exactly in body space.
+//
+// Unknown: the twists v of the dynamic bodies. With rows u = J v + b, a small regularisation d_i = reg A_ii, physical
+// softness s_i and a centre pc for the impulses (the proximal term), the impulses answer the velocities,
+//     p = P(y),   y = (d pc - u) / (d + s),
+// where P clamps a row to its bounds, and the three rows of a contact to the true friction cone |p_t| <= mu p_n. v
+// minimises the convex function
+//     f(v) = 1/2 |v - v*|^2_M + sum of the Moreau envelopes of the rows,   grad f = M (v - v*) - J^T p,
+// whose Hessian is H = M + J^T W J (the seed's 7.4 and 7.37 for the whole island at once; Drake's SAP and MuJoCo's
+// Newton solve problems of this kind). Newton with an exact line search: f falls every round, so that no active set can
+// blow up. Around it:
+//   - the centre moves to the present p until the bias of d has vanished (augmented Lagrangian);
+//   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's
+//   term,
+//     brings the contact back to u_n = 0: a fixed point that Aitken's rule speeds up.
+#include "engine/islands/island.hpp"
+#include "engine/solve/newton/block_cholesky.hpp"
+#include "engine/solve/newton/conjugate_gradients.hpp"
+#include "engine/solve/velocity/sweep.hpp"
+
+namespace cairn {
+
+struct NewtonOptions {
+    double regularisation = 0;       // of A_ii, to begin with
+    double leastRegularisation = 0;  // of A_ii, where mass ratios ask for less
+    double tolerance = 0;            // m/s
+    double liftTolerance = 0;        // m/s
+    double stalled = 0;              // m/s, residual that is accepted where the rows contradict each other
+    int maxRounds = 0;
+    int mostLifts = 8;    // corrections of the lift; what is left after them shows as hovering
+    bool heap = false;    // starts from sweeps with conjugate directions, and takes the lift from them
+    bool goesOn = false;  // the terms differ little from those of the last solve(): its answer is guess enough
+};
+
+struct NewtonReport {
+    int rounds = 0;  // linear solves
+    int factorisations = 0;
+    int products = 0;  // by H, of conjugate gradients
+    bool converged = false;
+    double residual = 0;  // m/s, of the convex problem
+};
+
+template <class S>
+class ContactNewton {
+public:
+    // Reads the island's graph and prepares the factor's pattern; cheap when nothing changed since the last call.
+    void prepare(const Island<S>& island, LinearSolver linearSolver = LinearSolver::Factor);
+    // Block multiply-adds of one factor of the graph last prepared; under conjugate gradients of one product.
+    double work() const { return linearSolver_ == LinearSolver::Factor ? factor_.work() : productWork_; }
+
+    // Filled by the caller after prepare(), all but v. p: start value in, answer out. v: answer, v* + M^-1 J^T p, so
+    // that momentum is kept whatever the residual.
+    RowProblem<S> problem;
+    std::vector<Vec6<S>> vStar;  // twist of each body without the rows (fixed ones: their twist)
+
+    NewtonReport solve(const Island<S>& island, const NewtonOptions& options);
+    // Where solve() has not converged: sweeps of Gauss-Seidel from its answer and from the start values it was given;
+    // keeps whichever answer has the lowest residual, and returns that.
+    double polish(const Island<S>& island, int sweeps);
+    // The terms have changed by more than their bias: the next solve() factors anew.
+    void forget() { factored_ = false; }
+    // Of the worst rows.
+    double residual(const Island<S>& island) const;
+
+private:
+    // A contact whose friction is part of the problem.
+    bool isCone(const Island<S>& island, std::size_t block) const {
+        return island.blocks[block].count == 3 && island.blocks[block].kind == BlockKind::Contact &&
+               problem.friction[block] >= S(0);
+    }
+    static std::size_t pairOf(int l, int m) { return static_cast<std::size_t>(m * (m - 1) / 2 + l); }  // l < m
+    // visit(pairOf(l, m), node of l, node of m) for each two dynamic bodies of a block.
+    template <class Visit>
+    void forEachEdge(const RowBlock<S>& block, const Visit& visit) const {
+        for (int m = 1; m < block.bodyCount(); ++m) {
+            for (int l = 0; l < m; ++l) {
+                const int a = node_[at(block.body(l))];
+                const int b = node_[at(block.body(m))];
+                if (a >= 0 && b >= 0) {
+                    visit(pairOf(l, m), a, b);
+                }
+            }
+        }
+    }
+    void regularise(const Island<S>& island, S reg);
+    // De Saxce's lift of what slides at the twists `v`: of the solve, or of before, which friction has still to brake.
+    void startLift(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before);
+    double updateLift(const Island<S>& island);
+    S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
+    bool stillHolds(const Island<S>& island) const;
+    void momentumVelocity(const Island<S>& island);
+    void rowVelocities(const Island<S>& island, const std::vector<Vec6<S>>& twist, std::vector<S>& out) const;
+    void respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse);
+    bool weigh(const Island<S>& island, const std::vector<S>& y);
+    bool factorise(const Island<S>& island, const std::vector<S>& y, NewtonReport& report);
+    void assemble(const Island<S>& island);
+    // y = H x, with H as last weighed.
+    void product(const Island<S>& island, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y);
+    // Replaces the gradient g by Newton's step -H^-1 g.
+    void newtonStep(const Island<S>& island, std::vector<Vec6<S>>& g, NewtonReport& report);
+    S merit(const Island<S>& island, const std::vector<S>& impulse) const;
+    enum class Start { Given, Sweeps, ConjugateSweeps };
+    void guess(const Island<S>& island, Start start, NewtonReport& report);
+    S gradient(const Island<S>& island, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
+    void lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
+
+    static constexpr int guessSweeps = 10;      // of Gauss-Seidel, from which a cold start takes its first active set
+    static constexpr int heapSweeps = 20;       // with conjugate directions
+    static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
+    static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
+    static constexpr double slowDecrease =
+        0.25;                                  // of the residual from centre to centre, above which the grip tightens
+    static constexpr double stepShare = 1e-3;  // of the gradient that conjugate gradients may leave of a round
+    static constexpr int mostProducts = 1000;  // of a round
+    static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+    std::vector<int> node_;  // of each body; -1: fixed
+    std::vector<int> bodyOfNode_;
+    std::vector<std::array<std::size_t, 6>> edgesOfBlock_;  // by pairOf(); unset where one of the bodies is fixed
+    LinearSolver linearSolver_ = LinearSolver::Factor;
+    BlockCholesky<S> factor_;
+    BlockDiagonal<S> diagonal_;  // conjugate gradients: of H
+    double productWork_ = 0;
+    std::vector<Vec6<S>> wide_;  // scratch of product(), all bodies
+
+    std::vector<S> delta_;      // regularisation of each row
+    std::vector<S> centre_;     // pc
+    std::vector<S> start_;      // impulses that the last solve() was given
+    std::vector<S> lift_;       // of each block, m/s: De Saxce's mu |u_t|
+    std::vector<S> liftError_;  // mu |u_t| - lift, m/s
+    S liftGain_ = 1;
+    std::vector<Mat3<S>> coneWeight_;  // of each block, as factored
+    std::vector<S> weight_;            // of each row, as factored
+    bool factored_ = false;
+    // Where the factor was made: while the bodies stay within stillMotion (m and quaternion) of there and the weights
+    // within sameWeight, it serves on; the line search and the residual judge its steps as any others.
+    static constexpr double stillMotion = 1e-5;
+    static constexpr double sameWeight = 1e-5;
+    std::vector<Pose<S>> factoredPoses_;
+    std::vector<std::array<int, 3>> factoredBlocks_;
+    std::vector<S> u_, y_, trial_, along_;
+    std::vector<Vec6<S>> step_;
+};
+
+}  // namespace cairn

@@ -1,0 +1,50 @@
+#pragma once
+// Geometric stiffness as mass: M <- M + h^2 D, D = sum of lambda d^2 C (seed 7.20, 7.21; with lambda itself, as
+// errata 12 says, or it would vanish just where it matters). A force f at the end of an arm r that turns with its body
+// adds to the body's rotation, in exponential coordinates (errata 13),
+//     K = (f . r) I - (f r^T + r f^T) / 2
+// for f pulling outwards. Taken as the sums of its columns' absolute values on the diagonal, so that M stays positive
+// definite (Andrews 2017). What it costs is exactness: angular momentum of the damped body is given to the constraint's
+// turning force before that has turned.
+#include "engine/islands/island.hpp"
+
+namespace cairn {
+
+// The 3x3 block of one arm, N m: minus the change of the torque r x f per radian, on the diagonal.
+template <class S>
+Vec3<S> geometricStiffness(const Vec3<S>& force, const Vec3<S>& arm) {
+    const Mat3<S> K =
+        force.dot(arm) * Mat3<S>::Identity() - S(0.5) * (force * arm.transpose() + arm * force.transpose());
+    return K.cwiseAbs().colwise().sum().transpose();
+}
+
+// Adds to the inertia of every body that joints hold by a force, from the forces of the last solve, and takes the
+// responses of the rows anew.
+template <class S>
+void addGeometricStiffness(Island<S>& island, S h) {
+    for (SolverBody<S>& body : island.bodies) {
+        if (!body.fixed && !body.stiffening.isZero()) {
+            body.refreshInertia();
+        }
+    }
+    for (std::size_t k = 0; k < static_cast<std::size_t>(island.jointBlocks); ++k) {
+        const RowBlock<S>& block = island.blocks[k];
+        Vec3<S> force = Vec3<S>::Zero();  // on b
+        for (int r = 0; r < block.pointRows; ++r) {
+            const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
+            force += row.lambda * row.b.template head<3>();
+        }
+        for (const bool first : {true, false}) {
+            SolverBody<S>& body = island.bodies[static_cast<std::size_t>(first ? block.a : block.b)];
+            if (block.pointRows > 0 && !body.fixed && !body.particle) {
+                const Vec3<S> stiff = h * h * geometricStiffness<S>(force, first ? block.armA : block.armB);
+                body.stiffening += stiff;
+                body.inertia.diagonal() += stiff;
+                body.inverseInertia = body.inertia.inverse();
+            }
+        }
+    }
+    island.respond();
+}
+
+}  // namespace cairn

@@ -1,0 +1,357 @@
+#pragma once
+// Rows as a non-linear solver sees them: asked at the poses x(v) that the present velocities lead to, not at those of
+// the start of the sub-step. The unknowns are the velocities v and impulses p of the linear solvers; with
+// x(v) = x_0 moved by h v, the seed's displacement dX is h times the change of v, and its update 4.72 of a row is
+//     p_i <- clamp(p_i - xi e_i / (A_ii + s_i)),   e_i = (C_i(x(v)) - keep_i) / h   for a hard row,
+// which is the update of linear Gauss-Seidel with C + h J v replaced by C itself (seed 4.8, 4.12). `keep` is an error
+// found at the start of the sub-step that is left to stabilise(): an impulse that also corrects is no force to start
+// the next step from (facts/solvers 5.4, finding b).
+#include "engine/solve/velocity/sweep.hpp"
+
+namespace cairn {
+
+// m or rad, to which one-sided rows are pushed out, and no further: a surface pushed out to nothing opens at its
+// corners by less than is seen, which close again within one short sub-step, and so at centimetres a second.
+inline constexpr double slop = 1e-5;
+
+// Of the depth of a contact, and of the slip of one that should stick, that is taken back in a sub-step.
+inline constexpr double contactShare = 0.2;
+
+template <class S>
+class MovedRows {
+public:
+    // `problem.v` is the state; the poses of `island` follow it until restore().
+    // Errors are corrected no faster than `pushOut`, m/s; 0: not at all, all are kept. `share`: the most of an error
+    // that a sub-step corrects.
+    MovedRows(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool refreshRows, S share = S(1))
+        : island_(island), problem_(problem), h_(h), refresh_(refreshRows), start_(island.bodies) {
+        const std::size_t rows = island.rows.size();
+        keep_.assign(rows, S(0));
+        slipRate_.assign(rows, S(0));
+        hard_.resize(rows);
+        problem.terms.resize(rows);
+        problem.p.resize(rows);
+        problem.friction.resize(island.blocks.size());
+        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+            const RowBlock<S>& block = island.blocks[k];
+            problem.friction[k] = frictionCoefficient(island, block);
+            forRows(block, [&](std::size_t i) {
+                const Row<S>& row = island.rows[i];
+                bool hard = false;
+                problem.terms[i] = rowTerms(row, island.responses[i].mobility, h, hard);
+                hard_[i] = hard;
+                if (hard) {
+                    problem.terms[i].bias = row.C / h;
+                    const bool equality = row.lo < S(0) && row.hi > S(0);
+                    const S most = h * pushOut;
+                    if (equality) {
+                        keep_[i] = row.C - std::clamp(share * row.C, -most, most);
+                    } else if (row.C < S(0)) {
+                        // A share of it, or the corners of a box throw it about.
+                        const S part = std::min(share, static_cast<S>(contactShare)) * row.C;
+                        keep_[i] = std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(most, -part)));
+                    }
+                    problem.terms[i].bias -= keep_[i] / h;
+                }
+            });
+        }
+        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+            follow(i);
+        }
+    }
+
+    template <class Visit>
+    static void forRows(const RowBlock<S>& block, const Visit& visit) {
+        for (int i = block.first; i < block.first + block.count; ++i) {
+            visit(static_cast<std::size_t>(i));
+        }
+    }
+
+    const Vec3<S>& startPosition(std::size_t body) const { return start_[body].pose.position; }
+    bool hard(std::size_t row) const { return hard_[row]; }
+
+    // The pose of body i after its velocity changed.
+    void follow(std::size_t i) { island_.bodies[i].pose = start_[i].moved(problem_.v[i], h_); }
+
+    // C (and J) of block k at the present poses.
+    void take(std::size_t k) {
+        const RowBlock<S>& block = island_.blocks[k];
+        if (refresh_) {
+            island_.relinearize(k);
+            return;
+        }
+        std::array<std::pair<Vec6<S>, Vec6<S>>, 16> kept;
+        std::size_t n = 0;
+        forRows(block, [&](std::size_t i) { kept[n++] = {island_.rows[i].a, island_.rows[i].b}; });
+        island_.relinearize(k);
+        n = 0;
+        forRows(block, [&](std::size_t i) {
+            island_.rows[i].a = kept[n].first;
+            island_.rows[i].b = kept[n++].second;
+        });
+    }
+
+    // e_i without the softness of p, m/s or rad/s.
+    S error(std::size_t i, const RowBlock<S>& block) const {
+        const Row<S>& row = island_.rows[i];
+        if (hard_[i]) {
+            return (row.C - keep_[i]) / h_;
+        }
+        const S u = problem_.rowVelocity(row, block) + slipRate_[i];
+        if (row.isVelocity) {
+            return u - row.velocity;
+        }
+        const S stiffness = S(1) / row.compliance;
+        return (stiffness * row.C + row.damping * u) / (stiffness * h_ + row.damping);
+    }
+
+    // Friction asks of a sub-step that nothing slips in it. What a few sweeps leave is lost to it, where a normal row
+    // still finds its depth in the next sub-step: always the same little error makes what should stick creep, and
+    // towers lean until they fall. So slip is kept account of while a contact sticks, and `share` of it is taken back
+    // in a sub-step. Not for solvers that start from the last lambda: finding b of 5.4 holds of friction too.
+    void takeSlipBack(S share) {
+        forSlips([&](const ContactPointState<S>& point, std::size_t, std::size_t i) {
+            slipRate_[i] = share * point.slip.dot(island_.rows[i].b.template head<3>()) / h_;
+        });
+        slipShare_ = share;
+    }
+
+    // After Island::storeLambda(), with the impulses and velocities that moved the poses.
+    void storeSlip(const std::vector<S>& p, const std::vector<Vec6<S>>& v) {
+        forSlips([&](ContactPointState<S>& point, std::size_t k, std::size_t i) {
+            const RowBlock<S>& block = island_.blocks[k];
+            const std::size_t first = static_cast<std::size_t>(block.first);
+            if (!(p[first] > S(0))) {
+                return;
+            }
+            const Row<S>& row = island_.rows[i];
+            S slip = slipRate_[i] / slipShare_ * h_;
+            // What slides keeps what it had when it let go. On the disc but for round-off is sliding.
+            constexpr S inside = S(0.999);
+            if (planeLength(p[first + 1], p[first + 2]) < inside * problem_.friction[k] * p[first]) {
+                slip +=
+                    h_ * rowDot(row, block, [&](int n) -> const Vec6<S>& { return v[static_cast<std::size_t>(n)]; });
+            }
+            point.slip += slip * row.b.template head<3>();
+        });
+    }
+
+    // One non-linear sweep: every block taken anew where it is visited. Returns as RowProblem::sweep().
+    S sweep(S relaxation, bool backward = false) {
+        S change = 0;
+        problem_.visits += island_.rows.size();
+        for (std::size_t n = 0; n < island_.blocks.size(); ++n) {
+            const std::size_t k = backward ? island_.blocks.size() - 1 - n : n;
+            take(k);
+            change += solveBlock(k, relaxation);
+            for (int place = 0; place < island_.blocks[k].bodyCount(); ++place) {
+                follow(static_cast<std::size_t>(island_.blocks[k].body(place)));
+            }
+        }
+        return change;
+    }
+
+    // Puts the poses back to the start of the sub-step, gives the bodies their velocities and the rows their lambda.
+    void restore() {
+        for (std::size_t i = 0; i < start_.size(); ++i) {
+            island_.bodies[i].pose = start_[i].pose;
+            island_.bodies[i].v = problem_.v[i];
+        }
+        for (std::size_t i = 0; i < problem_.p.size(); ++i) {
+            island_.rows[i].lambda = problem_.p[i] / h_;
+        }
+    }
+
+private:
+    // visit(point, block, row) for both friction rows of every contact that has them.
+    template <class Visit>
+    void forSlips(const Visit& visit) {
+        std::size_t k = static_cast<std::size_t>(island_.jointBlocks);
+        for (auto& link : island_.patches) {
+            for (std::size_t n = 0; n < static_cast<std::size_t>(link.patch->manifold.count); ++n, ++k) {
+                for (int t = 1; t < island_.blocks[k].count; ++t) {
+                    visit(link.patch->points[n], k, static_cast<std::size_t>(island_.blocks[k].first + t));
+                }
+            }
+        }
+    }
+
+    S solveBlock(std::size_t k, S relaxation) {
+        const RowBlock<S>& block = island_.blocks[k];
+        const bool contact = block.kind == BlockKind::Contact;
+        const std::size_t first = static_cast<std::size_t>(block.first);
+        const std::size_t bounded = contact ? 1 : static_cast<std::size_t>(block.count);
+        S change = 0;
+        for (std::size_t i = first; i < first + bounded; ++i) {
+            RowTerms<S>& t = problem_.terms[i];
+            const Row<S>& row = island_.rows[i];
+            t.mobility = refresh_ ? island_.mobility(row, block) : t.mobility;
+            if (t.mobility > S(0)) {
+                // The rows of one block share their poses: what an earlier one moved shows through J.
+                const S e = errorAfterBlock(i, block);
+                const S scale = t.mobility + t.softness;
+                const S dp =
+                    std::clamp(problem_.p[i] - relaxation * (e + t.softness * problem_.p[i]) / scale, t.lo, t.hi) -
+                    problem_.p[i];
+                push(row, block, dp);
+                problem_.p[i] += dp;
+                change += scale * dp * dp;
+            }
+        }
+        if (contact && block.count == 3 && problem_.friction[k] >= S(0)) {
+            const S most = problem_.friction[k] * problem_.p[first];
+            S wanted[2];
+            for (std::size_t t = 0; t < 2; ++t) {
+                const std::size_t i = first + 1 + t;
+                const S mobility = island_.mobility(island_.rows[i], block);
+                problem_.terms[i].mobility = mobility;
+                wanted[t] = problem_.p[i];
+                if (mobility > S(0)) {
+                    wanted[t] -= relaxation * (problem_.rowVelocity(island_.rows[i], block) + slipRate_[i]) / mobility;
+                }
+            }
+            const S length = planeLength(wanted[0], wanted[1]);
+            const S scale = length > most ? most / length : S(1);
+            for (std::size_t t = 0; t < 2; ++t) {
+                const std::size_t i = first + 1 + t;
+                const S dp = scale * wanted[t] - problem_.p[i];
+                push(island_.rows[i], block, dp);
+                problem_.p[i] += dp;
+                change += problem_.terms[i].mobility * dp * dp;
+            }
+        }
+        for (std::size_t n = 0; n < moved_.size(); ++n) {
+            moved_[n].setZero();
+        }
+        return change;
+    }
+
+    S errorAfterBlock(std::size_t i, const RowBlock<S>& block) const {
+        S e = error(i, block);
+        const Row<S>& row = island_.rows[i];
+        if (hard_[i] || row.isSoft()) {
+            S along = 0;
+            for (int n = 0; n < block.bodyCount(); ++n) {
+                along += bodyGradient(row, block, n).dot(moved_[static_cast<std::size_t>(n)]);
+            }
+            const S share = hard_[i] ? S(1) : h_ / (h_ + row.damping * row.compliance);
+            e += share * along;
+        }
+        return e;
+    }
+
+    void push(const Row<S>& row, const RowBlock<S>& block, S impulse) {
+        if (impulse == S(0)) {
+            return;
+        }
+        for (int n = 0; n < block.bodyCount(); ++n) {
+            const std::size_t i = static_cast<std::size_t>(block.body(n));
+            const Vec6<S> dv = island_.bodies[i].applyInverseMass(bodyGradient(row, block, n) * impulse);
+            problem_.v[i] += dv;
+            moved_[static_cast<std::size_t>(n)] += dv;
+        }
+    }
+
+    Island<S>& island_;
+    RowProblem<S>& problem_;
+    S h_;
+    bool refresh_;
+    std::vector<SolverBody<S>> start_;
+    std::vector<S> keep_;
+    std::vector<S> slipRate_;  // m/s, of each row
+    S slipShare_ = 1;
+    std::vector<std::uint8_t> hard_;
+    std::array<Vec6<S>, 4> moved_{Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero()};
+};
+
+// The velocity pass of solvers that push errors out by the velocities that move the bodies (seed 4.11, second variant;
+// Mueller 2020): at the new poses, contacts that were pushed apart lose that speed, and friction and motors are asked
+// again, within the impulses of `problem`, which it changes.
+template <class S>
+void velocityPass(Island<S>& island, RowProblem<S>& problem) {
+    constexpr int sweeps = 4;  // one leaves half of the speed in a four-point manifold
+    island.respond();
+    for (std::size_t i = 0; i < problem.v.size(); ++i) {
+        problem.v[i] = island.bodies[i].v;
+    }
+    for (const RowBlock<S>& block : island.blocks) {
+        const bool contact = block.kind == BlockKind::Contact;
+        MovedRows<S>::forRows(block, [&](std::size_t i) {
+            const bool normal = contact && static_cast<int>(i) == block.first;
+            RowTerms<S>& t = problem.terms[i];
+            t.softness = S(0);
+            t.bias = normal ? S(0) : t.bias;
+            if (normal ? problem.p[i] == S(0) : !island.rows[i].isVelocity) {
+                t.mobility = S(0);
+            }
+        });
+    }
+    for (int k = 0; k < sweeps; ++k) {
+        problem.sweep(island, S(1));
+    }
+    for (std::size_t i = 0; i < problem.v.size(); ++i) {
+        island.bodies[i].v = problem.v[i];
+    }
+}
+
+// Post-stabilisation: moves the poses, without touching velocities or lambda, to where hard rows are obeyed, by
+// non-linear Gauss-Seidel on positions. Errors go no faster than pushOut (m/s), and of the depth of a contact a share:
+// all of it, corner after corner, tips a light box under a heavy one a little further in each sub-step, until what it
+// bears rocks and falls. Rows of `island` are left at the poses where each was last visited. Gives
+// how many rows were.
+template <class S>
+std::size_t stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
+    std::size_t visits = 0;
+    std::vector<S> moved(island.rows.size(), S(0));  // impulse-like: mass times displacement
+    std::vector<S> target(island.rows.size());
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+            island.relinearize(k);
+            const RowBlock<S>& block = island.blocks[k];
+            visits += static_cast<std::size_t>(block.count);
+            bool stale = false;
+            MovedRows<S>::forRows(block, [&](std::size_t i) {
+                const Row<S>& row = island.rows[i];
+                if (row.isVelocity || row.isSoft()) {
+                    return;
+                }
+                if (stale) {
+                    island.relinearize(k);
+                }
+                const bool equality = row.lo < S(0) && row.hi > S(0);
+                if (sweep == 0) {
+                    const S most = h * pushOut;
+                    const S part = static_cast<S>(contactShare) * row.C;
+                    target[i] = equality
+                                    ? row.C - std::clamp(row.C, -most, most)
+                                    : std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(most, -part)));
+                }
+                if (!equality && row.C > static_cast<S>(-2 * slop) && moved[i] == S(0)) {
+                    return;
+                }
+                const S mobility = island.mobility(row, block);
+                if (!(mobility > S(0))) {
+                    return;
+                }
+                const S next = std::clamp(moved[i] - (row.C - target[i]) / mobility, row.lo, row.hi);
+                const S step = next - moved[i];
+                moved[i] = next;
+                stale = step != S(0);
+                if (!stale) {
+                    return;
+                }
+                for (int n = 0; n < block.bodyCount(); ++n) {
+                    SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(n))];
+                    const Vec6<S> d = body.applyInverseMass(bodyGradient(row, block, n) * step);
+                    body.pose.position += d.template head<3>();
+                    if (!body.particle && !body.fixed) {
+                        body.pose.rotation = rotated<S>(body.pose.rotation, d.template tail<3>());
+                    }
+                }
+            });
+        }
+    }
+    return visits;
+}
+
+}  // namespace cairn

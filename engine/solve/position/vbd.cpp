@@ -1,0 +1,71 @@
+// Vertex block descent (seed 6.1, 6.2; Chen 2024): implicit forces, body after body (body_descent.hpp). Springs and
+// soft joints are what it is for; a hard row is a spring of penalty * load / h^2, which gives way by load * g h^2 /
+// penalty, and costs the more rounds the stiffer it is. What sticks is such a spring as well: its stretch is kept
+// account of (MovedRows::takeSlipBack), since a penalty on the slip of each sub-step alone is a dashpot, and creeps.
+// Momentum is kept only as far as the rounds have converged (7.3.2). Cost: a visit of a body is one 6x6 solve and all
+// of its rows; each row is visited four times a round.
+#include "engine/solve/impacts.hpp"
+#include "engine/solve/position/body_descent.hpp"
+#include "engine/solve/solver.hpp"
+
+namespace cairn {
+namespace {
+
+template <class S>
+class Vbd final : public Solver<S> {
+public:
+    explicit Vbd(const SolverSettings& settings)
+        : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 8) {}
+    bool balances() const override { return false; }
+    int substeps(Island<S>&, S) const override { return settings_.def.substeps > 0 ? settings_.def.substeps : 4; }
+
+    SolveReport advance(Island<S>& island, S h) override {
+        const SolverDef& def = settings_.def;
+        island.predict(h);
+        island.linearize();
+        resolveImpacts(island, settings_, h);
+        RowProblem<S> problem;
+        for (const SolverBody<S>& body : island.bodies) {
+            problem.v.push_back(body.v);
+        }
+        BodyDescent<S> descent(island, problem, h, static_cast<S>(settings_.maxPushOutSpeed), def.geometricStiffness,
+                               LoadRule::Heaviest, static_cast<S>(def.penalty > 0 ? def.penalty : 3));
+        descent.moved().takeSlipBack(S(1));
+        descent.startFromLastStep();
+        for (int k = 0; k < iterations_; ++k) {
+            descent.descend();
+        }
+        descent.respond();
+        descent.moved().restore();
+        const std::vector<S> p = problem.p;
+        const std::vector<Vec6<S>> v = problem.v;
+        island.integrate(h);
+        velocityPass(island, problem);
+        for (std::size_t i = 0; i < problem.p.size(); ++i) {
+            island.rows[i].lambda = problem.p[i] / h;
+        }
+        island.storeLambda();
+        descent.moved().storeSlip(p, v);
+        SolveReport report;
+        report.sweptSolves = 1;
+        report.rows = static_cast<int>(island.rows.size());
+        report.work = problem.work();
+        return report;
+    }
+
+private:
+    SolverSettings settings_;
+    int iterations_;
+};
+
+}  // namespace
+
+template <class S>
+std::unique_ptr<Solver<S>> makeVbd(const SolverSettings& settings) {
+    return std::make_unique<Vbd<S>>(settings);
+}
+
+template std::unique_ptr<Solver<float>> makeVbd(const SolverSettings&);
+template std::unique_ptr<Solver<double>> makeVbd(const SolverSettings&);
+
+}  // namespace cairn

@@ -1,0 +1,210 @@
+#include "engine/solve/refine.hpp"
+#include "engine/measure/ledger.hpp"
+#include "engine/solve/inner_part.hpp"
+
+namespace cairn {
+namespace {
+
+// A solver may refuse a sub-step. One too long for the motion is halved, at most `mostHalvings` times, while most of
+// the work that is allowed is still ahead; what was needed is remembered, and one halving fewer tried in the next step.
+// Gives the length of the last sub-step.
+template <class S>
+S advance(Island<S>& island, Solver<S>& solver, S dt, double mostWork, SolveReport& total) {
+    constexpr int mostHalvings = 5;
+    constexpr double shareToRefuse = 0.25;
+    island.mostWork = mostWork;
+    const std::vector<SolverBody<S>>& start = island.atStep;
+    island.atStep = island.bodies;
+    int& halvings = island.memory.halvings;
+    halvings = std::max(0, halvings - 1);
+    int left = solver.substeps(island, dt) << halvings;
+    S h = dt / static_cast<S>(left);
+    SolveReport sum;
+    Ledger<S> ledger(island, solver.balances());
+    bool first = true;
+    while (left > 0) {
+        if (!first) {
+            island.atSubstep = island.bodies;
+        }
+        island.isLast = left == 1;
+        island.mayRefuse = halvings < mostHalvings && sum.work <= shareToRefuse * mostWork;
+        island.mostWork = (mostWork - sum.work) / left;
+        SolveReport one = solver.advance(island, h);
+        if (one.refused()) {
+            const bool anew = one.restart;
+            SolveReport cost;
+            cost.newtonRounds = sum.newtonRounds * (anew ? 1 : 0) + one.newtonRounds;
+            cost.factorisations = sum.factorisations * (anew ? 1 : 0) + one.factorisations;
+            cost.work = (anew ? sum.work : 0) + one.work;
+            if (anew) {
+                island.bodies = start;
+                ledger = Ledger<S>(island, solver.balances());
+                first = true;
+                sum = cost;
+                halvings = 0;
+                island.mostWork = mostWork - sum.work;
+                left = solver.substeps(island, dt);
+                h = dt / static_cast<S>(left);
+            } else {
+                island.bodies = first ? start : island.atSubstep;
+                sum += cost;
+                ++halvings;
+                left *= 2;
+                h *= S(0.5);
+            }
+            continue;
+        }
+        ledger.close(island, h, one);
+        first = false;
+        sum += one;
+        --left;
+    }
+    total += sum;
+    return h;
+}
+
+// `own`, if not null, gets the error of bodies with a tolerance of their own.
+template <class S>
+void attempt(Island<S>& island, Solver<S>& solver, S dt, int pieces, const SolveRequest& request, Solution& solution,
+             IslandError* own) {
+    // Most pieces are alike; the one in which something lands takes several times its share, and is worth that: fewer
+    // pieces come after it.
+    constexpr double mostOfOne = 0.5;
+    S piece = dt / static_cast<S>(pieces);
+    SolveReport report;
+    const double allowed = solution.mostWork - solution.report.work;
+    S h = piece;
+    solution.pieces = 0;
+    for (int left = pieces; left > 0;) {
+        if (solution.pieces > 0) {
+            island.detect({request.contactMargin, static_cast<double>(piece), request.stillDistance}, solution.narrow);
+        }
+        const double before = report.work;
+        const double remaining = allowed - before;
+        h = advance(island, solver, piece, std::max(mostOfOne, 1.0 / left) * remaining, report);
+        ++solution.pieces;
+        --left;
+        const double affordable = (allowed - report.work) / (report.work - before);
+        if (left > 0 && affordable < left) {
+            const int fewer = std::max(1, static_cast<int>(affordable));
+            piece *= static_cast<S>(left) / static_cast<S>(fewer);
+            left = fewer;
+            report.cut = true;
+        }
+    }
+    report.newtonRounds += solution.report.newtonRounds;
+    report.factorisations += solution.report.factorisations;
+    report.work += solution.report.work;
+    solution.report = report;
+    solution.error = measureIsland(island, h, dt, request.accuracy, own);
+}
+
+constexpr int calmSteps = 8;
+// Half as many pieces err two to eight times as much; a share that spares most vain tries.
+constexpr double calmShare = 0.2;
+
+bool isAsked(const AccuracyDef& accuracy, double bodyTolerance) {
+    return accuracy.position > 0 || accuracy.velocity > 0 || bodyTolerance > 0;
+}
+
+// Contacts as the next step will find them show what those of the start did not see.
+template <class S>
+void lookAgain(Island<S>& island, S dt, const SolveRequest& request, Solution& solution, IslandError* own) {
+    island.detect({request.contactMargin, static_cast<double>(dt), request.stillDistance}, solution.narrow);
+    measurePenetration(island, request.accuracy, solution.error, own);
+}
+
+template <class S>
+void calmDown(typename Island<S>::Memory& memory, double over) {
+    memory.calmSteps = over < calmShare ? memory.calmSteps + 1 : 0;
+    if (memory.calmSteps >= calmSteps && memory.level > 0) {
+        --memory.level;
+        memory.calmSteps = 0;
+    }
+}
+
+// Solves the bodies with a tolerance of their own again, in more and more pieces, the others as they are. `own`: their
+// error, in and out. Gives whether they are within it now.
+template <class S>
+bool refineInner(Island<S>& island, const Checkpoint<S>& start, Solver<S>& solver, S dt, const SolveRequest& request,
+                 Solution& solution, IslandError& own) {
+    InnerPart<S> part(island, start, dt);
+    auto& memory = part.island().memory;
+    Solution inner;
+    inner.mostWork = solution.mostWork - solution.report.work;
+    for (memory.level = std::max(1, memory.level);; ++memory.level) {
+        inner.ownPieces = 1 << memory.level;
+        attempt(part.island(), solver, dt, inner.ownPieces, request, inner, nullptr);
+        lookAgain(part.island(), dt, request, inner, nullptr);
+        ++solution.attempts;
+        // With the next attempt, twice as dear as the last, it is at most three times what it is now.
+        const bool isSpent = 3 * inner.report.work > inner.mostWork;
+        if (!(inner.error.over > 1) || 2 * inner.ownPieces > request.accuracy.mostPieces || isSpent) {
+            break;
+        }
+        memory.calmSteps = 0;
+        part.restart();
+    }
+    solution.narrow += inner.narrow;
+    const bool reached = !(inner.error.over > 1);
+    calmDown<S>(memory, inner.error.over);
+    own = inner.error;
+    solution.ownPieces = inner.ownPieces;
+    const int rows = solution.report.rows;
+    solution.report += inner.report;
+    solution.report.rows = rows + inner.report.rows;
+    part.handBack(island);
+    return reached;
+}
+
+}  // namespace
+
+template <class S>
+Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request) {
+    Solution solution;
+    solution.mostWork = island.mostWork;
+    auto& memory = island.memory;
+    double bodyTolerance = 0;
+    bool others = false;
+    for (const SolverBody<S>& body : island.bodies) {
+        bodyTolerance = std::max(bodyTolerance, body.tolerance);
+        others = others || (!body.fixed && body.tolerance == 0);
+    }
+    if (!isAsked(request.accuracy, bodyTolerance)) {
+        attempt(island, solver, dt, island.isCalm() ? 1 : request.pieces, request, solution, nullptr);
+        memory.position = solution.error.position;
+        return solution;
+    }
+    const Checkpoint<S> start(island);
+    int pieces = 1 << memory.level;
+    IslandError own;
+    island.marksBorder = bodyTolerance > 0 && others;
+    IslandError* const apart = island.marksBorder ? &own : nullptr;
+    for (;;) {
+        own = {};
+        const double before = solution.report.work;
+        attempt(island, solver, dt, pieces, request, solution, apart);
+        lookAgain(island, dt, request, solution, apart);
+        bool reached = !(solution.error.over > 1);
+        if (reached && own.over > 1) {
+            reached = refineInner(island, start, solver, dt, request, solution, own);
+        }
+        const double ahead = 2 * (solution.report.work - before);
+        if (reached || 2 * pieces > request.accuracy.mostPieces || solution.report.work + ahead > solution.mostWork) {
+            break;
+        }
+        start.restore(island);
+        pieces *= 2;
+        ++solution.attempts;
+        ++memory.level;
+        memory.calmSteps = 0;
+    }
+    calmDown<S>(memory, solution.error.over);
+    solution.error += own;
+    return solution;
+}
+
+template Solution solveIsland(Island<float>&, Solver<float>&, float, const SolveRequest&);
+template Solution solveIsland(Island<double>&, Solver<double>&, double, const SolveRequest&);
+
+}  // namespace cairn

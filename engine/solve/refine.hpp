@@ -1,0 +1,36 @@
+#pragma once
+// One island through one step: in sub-steps of its solver, and in as many pieces of time as its error asks for.
+//
+// A piece is a step of its own: contacts are found anew at its start. That is what takes penetration out of falling
+// heaps, where sub-steps over the contacts of the start do not (docs/accuracy.md); and since all solvers here err by
+// h^2 or better, it is what brings sweeps down where they have to be used.
+#include "engine/measure/step_error.hpp"
+#include "engine/solve/solver.hpp"
+
+namespace cairn {
+
+struct Solution {
+    SolveReport report;
+    IslandError error;
+    NarrowCounts narrow;                                        // of contacts found within the step
+    double mostWork = std::numeric_limits<double>::infinity();  // that the report may count
+    int pieces = 1;
+    int ownPieces = 0;  // of the bodies with a tolerance of their own, where they were solved again by themselves
+    int attempts = 1;
+};
+
+struct SolveRequest {
+    AccuracyDef accuracy;
+    double contactMargin = 0;  // m
+    double stillDistance = 0;  // m
+    int pieces = 1;            // where no tolerance is asked: of islands whose error is worth it
+};
+
+// Moves the island by dt. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance
+// is answered by doing the step again in twice as many pieces. The island remembers how many it needed; after some calm
+// steps it tries half as many. Where only bodies with a tolerance of their own err by too much, they alone are solved
+// again (inner_part.hpp), and the island only if that does not help. No clock has a say.
+template <class S>
+Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request);
+
+}  // namespace cairn

@@ -1,0 +1,108 @@
+#include "engine/solve/velocity/gauss_seidel.hpp"
+
+namespace cairn {
+namespace {
+
+// What `optimal` keeps from step to step.
+template <class S>
+struct RadiusMemory {
+    std::vector<S> mode;
+};
+
+template <class S>
+S optimalRelaxation(Island<S>& island, const RowProblem<S>& problem) {
+    if (std::any_cast<RadiusMemory<S>>(&island.memory.solver) == nullptr) {
+        island.memory.solver = RadiusMemory<S>{};
+    }
+    auto& memory = *std::any_cast<RadiusMemory<S>>(&island.memory.solver);
+    const int rounds = memory.mode.size() == problem.p.size() ? 1 : 20;
+    const S radius = std::min(S(0.9999), jacobiRadius(island, problem, memory.mode, rounds));
+    return S(2) / (S(1) + std::sqrt(S(1) - radius * radius));
+}
+
+}  // namespace
+
+template <class S>
+S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vector<S>& mode, int rounds) {
+    const std::size_t rows = problem.p.size();
+    if (mode.size() != rows) {
+        mode.assign(rows, S(0));
+        for (std::size_t i = 0; i < rows; ++i) {
+            mode[i] = S(1) + S(0.1) * static_cast<S>(i % 7);
+        }
+    }
+    RowProblem<S> product;
+    S radius = 0;
+    for (int round = 0; round < rounds; ++round) {
+        product.v.assign(island.bodies.size(), Vec6<S>::Zero());
+        S before = 0;
+        for (const RowBlock<S>& block : island.blocks) {
+            for (int r = block.first; r < block.first + block.count; ++r) {
+                const std::size_t i = static_cast<std::size_t>(r);
+                const RowTerms<S>& t = problem.terms[i];
+                const bool free = t.mobility > S(0) && problem.p[i] > t.lo && problem.p[i] < t.hi;
+                mode[i] = free ? mode[i] : S(0);
+                before += (t.mobility + t.softness) * mode[i] * mode[i];
+                product.push(island, i, block, mode[i]);
+            }
+        }
+        // mode <- mode - D^-1 A mode, in the norm of D, in which the iteration is symmetric.
+        S after = 0;
+        for (const RowBlock<S>& block : island.blocks) {
+            for (int r = block.first; r < block.first + block.count; ++r) {
+                const std::size_t i = static_cast<std::size_t>(r);
+                const RowTerms<S>& t = problem.terms[i];
+                if (mode[i] != S(0)) {
+                    const S scale = t.mobility + t.softness;
+                    mode[i] -= (product.rowVelocity(island.rows[i], block) + t.softness * mode[i]) / scale;
+                    after += scale * mode[i] * mode[i];
+                }
+            }
+        }
+        if (!(before > S(0)) || !(after > S(0))) {
+            mode.clear();
+            return S(0);
+        }
+        radius = std::sqrt(after / before);
+        const S scale = S(1) / std::sqrt(after);
+        for (S& x : mode) {
+            x *= scale;
+        }
+    }
+    return radius;
+}
+
+template <class S>
+void GaussSeidel<S>::iterate(Island<S>& island, RowProblem<S>& problem, int iterations) {
+    const SolverDef& def = this->settings_.def;
+    // Over-relaxation with few sweeps a step feeds energy in (facts/solvers 5.4, finding c).
+    const bool few = iterations < 4;
+    S relaxation = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
+    if (def.relaxationRule == RelaxationRule::Optimal && !few) {
+        relaxation = optimalRelaxation(island, problem);
+    }
+    relaxation = few ? std::min(relaxation, S(1)) : relaxation;
+    S before = infinity<S>();
+    for (int iteration = 0; iteration < iterations; ++iteration) {
+        const S change = problem.sweep(island, relaxation);
+        if (def.relaxationRule == RelaxationRule::Adaptive && !few) {
+            relaxation =
+                change < before ? std::min(S(1.05) * relaxation, S(1.95)) : std::max(S(0.7) * relaxation, S(0.5));
+            before = change;
+        }
+    }
+}
+
+template <class S>
+std::unique_ptr<Solver<S>> makeGaussSeidel(const SolverSettings& settings) {
+    return std::make_unique<GaussSeidel<S>>(settings);
+}
+
+template class GaussSeidel<float>;
+template class GaussSeidel<double>;
+template float jacobiRadius(const Island<float>&, const RowProblem<float>&, std::vector<float>&, int);
+template double jacobiRadius(const Island<double>&, const RowProblem<double>&, std::vector<double>&, int);
+template std::unique_ptr<Solver<float>> makeGaussSeidel(const SolverSettings&);
+template std::unique_ptr<Solver<double>> makeGaussSeidel(const SolverSettings&);
+
+}  // namespace cairn

@@ -1,0 +1,44 @@
+#pragma once
+// What the solvers on impulses have in common; they differ in iterate() alone. Per sub-step:
+//     v <- predict;  rows at x, taken once;  v, p <- iterate(with push-out);  x <- x + h v;  v, p <- iterate(without).
+// Errors of hard rows are worked off by a stiff, over-damped spring in the sweeps that move the bodies; sweeps without
+// it follow ("relax"), so that the push-out leaves no speed behind. Full correction with a full warm start diverges
+// (facts/solvers 5.4).
+#include "engine/solve/solver.hpp"
+#include "engine/solve/velocity/sweep.hpp"
+
+#include <numbers>
+
+namespace cairn {
+
+template <class S>
+class ImpulseSolver : public Solver<S> {
+public:
+    // The spring by which hard rows are pushed out: `phase`, rad, h omega, and its damping ratio. .25/h Hz and 10 is as
+    // stiff as one sweep of gauss_seidel a sub-step bears: at twice that towers of ten wander.
+    struct PushOut {
+        double phase = 0.5 * std::numbers::pi;
+        double dampingRatio = 10;
+    };
+    ImpulseSolver(const SolverSettings& settings, int substeps, int iterations, PushOut pushOut = {})
+        : settings_(settings),
+          substeps_(settings.def.substeps > 0 ? settings.def.substeps : substeps),
+          iterations_(settings.def.iterations > 0 ? settings.def.iterations : iterations),
+          phase_(pushOut.phase),
+          dampingRatio_(pushOut.dampingRatio) {}
+    SolveReport advance(Island<S>& island, S h) override;
+    int substeps(Island<S>&, S) const override { return substeps_; }
+    // Lowers the error of `problem` by `iterations` sweeps.
+    virtual void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) = 0;
+
+protected:
+    SolverSettings settings_;
+    int substeps_;
+    int iterations_;
+
+private:
+    double phase_;
+    double dampingRatio_;
+};
+
+}  // namespace cairn

@@ -1,0 +1,317 @@
+#include "engine/world/continuous.hpp"
+#include "collision/queries/sweep.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+namespace cairn {
+namespace {
+
+// Held bodies may stand in the way of others: so often are those asked again.
+constexpr int mostRounds = 4;
+
+// The rotation vector from one rotation to another that is nearest to `expected` (rad): a fast spin turns by more than
+// half a turn in a step.
+Vec3d turnNear(const Quatd& from, const Quatd& to, const Vec3d& expected) {
+    Vec3d shortest = logQuat<double>((to * from.conjugate()).normalized());
+    constexpr double circle = 2 * std::numbers::pi;
+    const double length = shortest.norm();
+    const double along = expected.norm();
+    if (along < 0.5 * circle) {
+        return shortest;
+    }
+    const Vec3d axis = length > 1e-9 ? Vec3d(shortest / length) : Vec3d(expected / along);
+    return (length + circle * std::round((expected.dot(axis) - length) / circle)) * axis;
+}
+
+// A fast body, and what it met.
+struct Sweep {
+    ProxyId body = 0;
+    std::vector<ProxyId> candidates;  // in rising order
+    bool isAsked = true;              // in this round
+    bool asksAll = true;              // its own way has changed since it was asked
+    bool meets = false;
+    bool isExact = true;
+    double fraction = 1;
+    ProxyId other = 0;
+};
+
+// A body on its way through the step, as far as it is let go.
+struct Way {
+    Motion motion;
+    double kept = 1;      // share of the step in which it moved
+    bool isHeld = false;  // at any time
+    bool isNew = true;    // changed after the last round
+};
+
+// Whether balls about the centres of mass, which all of a body is in, come within `gap` of each other.
+bool mayMeet(const Motion& a, double radiusA, const Motion& b, double radiusB, double gap) {
+    if (!std::isfinite(radiusA + radiusB)) {
+        return true;
+    }
+    const Vec3d start = b.start * b.centre - a.start * a.centre;
+    const Vec3d way = b.displacement - a.displacement;
+    const double length = way.squaredNorm();
+    const double nearest = length > 0 ? std::clamp(-start.dot(way) / length, 0.0, 1.0) : 0;
+    return (start + nearest * way).norm() <= radiusA + radiusB + gap;
+}
+
+template <class S>
+class Sweeper {
+public:
+    Sweeper(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+            const Vec3<S>& gravity, S dt)
+        : bodies_(bodies),
+          joints_(joints),
+          boxes_(boxes),
+          mayCollide_(mayCollide),
+          before_(before),
+          gravity_(gravity),
+          dt_(dt) {}
+
+    SweepCounts run(JobSystem& jobs) {
+        choose();
+        counts_.swept = static_cast<int>(sweeps_.size());
+        parallelFor(jobs, sweeps_.size(), 1, [&](std::size_t k) { findCandidates(sweeps_[k]); });
+        findWays();
+        for (int round = 0; round < mostRounds && !sweeps_.empty(); ++round) {
+            parallelFor(jobs, sweeps_.size(), 1, [&](std::size_t k) { ask(sweeps_[k]); });
+            if (!holdBack()) {
+                return counts_;
+            }
+        }
+        for (const Sweep& sweep : sweeps_) {
+            counts_.unresolved += sweep.isAsked ? 1 : 0;
+        }
+        return counts_;
+    }
+
+private:
+    // As the solver moved it.
+    Motion motionOf(ProxyId i) const {
+        const Body<S>& b = bodies_[i];
+        const Posed from = before_[i].pose.template cast<double>();
+        const Posed to = b.pose.template cast<double>();
+        Motion motion;
+        motion.centre = b.localCentre.template cast<double>();
+        motion.start = {from.position - from.rotation * motion.centre, from.rotation};
+        motion.displacement = to.position - from.position;
+        motion.turn = turnNear(from.rotation, to.rotation,
+                               0.5 * static_cast<double>(dt_) * (before_[i].w + b.w).template cast<double>());
+        return motion;
+    }
+
+    void choose() {
+        for (ProxyId i = 0; i < bodies_.slotCount(); ++i) {
+            const Body<S>& b = bodies_[i];
+            if (!bodies_.used(i) || !b.awake || !std::isfinite(b.fastWay)) {
+                continue;
+            }
+            const double spin = static_cast<double>(std::max(b.w.norm(), before_[i].w.norm()));
+            if (static_cast<double>((b.pose.position - before_[i].pose.position).norm()) +
+                    static_cast<double>(dt_) * spin * b.turningRadius >
+                b.fastWay) {
+                sweeps_.emplace_back().body = i;
+            }
+        }
+    }
+
+    void findCandidates(Sweep& sweep) const {
+        const Body<S>& b = bodies_[sweep.body];
+        const Motion motion = motionOf(sweep.body);
+        const Aabb box = bounds(b.def.shapes, motion.start);
+        const Vec3d half = (0.5 * (box.max - box.min)).array() + std::min(2.0, motion.turn.norm()) * b.radius;
+        boxes_.cast(0.5 * (box.min + box.max), motion.displacement, half, 1, [&](ProxyId other, double limit) {
+            if (other != sweep.body && mayCollide_(std::min(other, sweep.body), std::max(other, sweep.body))) {
+                sweep.candidates.push_back(other);
+            }
+            return limit;
+        });
+        std::sort(sweep.candidates.begin(), sweep.candidates.end());
+    }
+
+    void findWays() {
+        wayOfBody_.assign(sweeps_.empty() ? 0 : bodies_.slotCount(), none);
+        for (const Sweep& sweep : sweeps_) {
+            addWay(sweep.body);
+            for (const ProxyId other : sweep.candidates) {
+                addWay(other);
+            }
+        }
+    }
+    void addWay(ProxyId i) {
+        if (wayOfBody_[i] == none) {
+            wayOfBody_[i] = ways_.size();
+            ways_.push_back({motionOf(i)});
+        }
+    }
+    const Way& way(ProxyId i) const { return ways_[wayOfBody_[i]]; }
+    Way& way(ProxyId i) { return ways_[wayOfBody_[i]]; }
+
+    void ask(Sweep& sweep) const {
+        sweep.meets = false;
+        if (!sweep.isAsked) {
+            return;
+        }
+        const Body<S>& body = bodies_[sweep.body];
+        const Way& own = way(sweep.body);
+        // What has contacts may get a little deeper in turning; what goes deeper than this may go through.
+        ImpactSettings settings;
+        settings.gap = std::min(settings.gap, 0.5 * body.innerRadius);
+        settings.slack = 0.25 * body.innerRadius;
+        sweep.fraction = 2;
+        for (const ProxyId other : sweep.candidates) {
+            const Way& theirs = way(other);
+            // Who did not meet when they were asked, and go the same way still, do not meet now.
+            if (!(sweep.asksAll || theirs.isNew) ||
+                !mayMeet(own.motion, body.radius, theirs.motion, bodies_[other].radius, 2 * settings.gap)) {
+                continue;
+            }
+            const auto impact =
+                timeOfImpact(body.def.shapes, own.motion, bodies_[other].def.shapes, theirs.motion, settings);
+            if (impact && impact->fraction < sweep.fraction) {
+                sweep.meets = true;
+                sweep.fraction = impact->fraction;
+                sweep.isExact = impact->isExact;
+                sweep.other = other;
+            }
+        }
+        sweep.asksAll = false;
+    }
+
+    // The bodies that joints hold together with each body, itself included; only asked for when something is held back.
+    void findGroups() {
+        if (!group_.empty()) {
+            return;
+        }
+        group_.resize(bodies_.slotCount());
+        std::iota(group_.begin(), group_.end(), 0U);
+        const auto root = [&](ProxyId i) {
+            while (group_[i] != i) {
+                i = group_[i] = group_[group_[i]];
+            }
+            return i;
+        };
+        for (std::size_t j = 0; j < joints_.slotCount(); ++j) {
+            for (int k = 1; joints_.used(j) && k < joints_[j].bodyCount(); ++k) {
+                const ProxyId a = joints_[j].body(0).index;
+                const ProxyId b = joints_[j].body(k).index;
+                if (bodies_[a].isDynamic() && bodies_[b].isDynamic()) {
+                    group_[std::max(root(a), root(b))] = std::min(root(a), root(b));
+                }
+            }
+        }
+        for (ProxyId i = 0; i < group_.size(); ++i) {
+            group_[i] = root(i);
+        }
+    }
+
+    // Places what met something at its time, and says who has to be asked again; false: nobody.
+    bool holdBack() {
+        std::map<ProxyId, const Sweep*> first;  // of each group
+        for (const Sweep& sweep : sweeps_) {
+            if (sweep.meets) {
+                findGroups();
+                const Sweep*& earliest = first[group_[sweep.body]];
+                if (earliest == nullptr || sweep.fraction < earliest->fraction) {
+                    earliest = &sweep;
+                }
+                counts_.unresolved += sweep.isExact ? 0 : 1;
+            }
+        }
+        std::map<ProxyId, Way> placed;
+        for (const auto& [group, sweep] : first) {
+            for (ProxyId i = 0; i < group_.size(); ++i) {
+                if (group_[i] == group && bodies_.used(i) && bodies_[i].isDynamic()) {
+                    addWay(i);
+                    placed[i] = {heldMotion(i, *sweep, first), way(i).kept * sweep->fraction, true};
+                }
+            }
+        }
+        for (Way& before : ways_) {
+            before.isNew = false;
+        }
+        for (const auto& [i, held] : placed) {
+            counts_.heldBack += way(i).isHeld ? 0 : 1;
+            Body<S>& b = bodies_[i];
+            fallLess(b, way(i).kept - held.kept);
+            way(i) = held;
+            const Posed end = held.motion.at(1);
+            b.pose.position = (end * held.motion.centre).template cast<S>();
+            b.pose.rotation = end.rotation.template cast<S>().normalized();
+        }
+        bool any = false;
+        for (Sweep& sweep : sweeps_) {
+            sweep.isAsked = std::any_of(sweep.candidates.begin(), sweep.candidates.end(),
+                                        [&](ProxyId i) { return placed.count(i) > 0; });
+            sweep.asksAll = sweep.asksAll || placed.count(sweep.body) > 0;
+            any = any || sweep.isAsked;
+        }
+        return any;
+    }
+
+    // What is held back loses the rest of its step, and of the speed that it fell into for the whole of it that share.
+    // What something bears did not fall.
+    void fallLess(Body<S>& b, double lost) const {
+        const S g = gravity_.norm();
+        if (!(g > S(0))) {
+            return;
+        }
+        const Vec3<S> down = gravity_ / g;
+        const S scale = static_cast<S>(b.def.gravityScale);
+        const S fell = std::clamp(b.acceleration.dot(down), std::min(S(0), scale * g), std::max(S(0), scale * g));
+        b.v -= static_cast<S>(lost) * dt_ * fell * down;
+    }
+
+    // Up to the meeting as it moved; from then on it is carried by what was met, or a wall that moves on would run over
+    // it; two that are both held back just stop.
+    Motion heldMotion(ProxyId i, const Sweep& sweep, const std::map<ProxyId, const Sweep*>& first) const {
+        Motion motion = way(i).motion;
+        const Motion& other = way(sweep.other).motion;
+        motion.displacement *= sweep.fraction;
+        motion.turn *= sweep.fraction;
+        if (first.count(group_[sweep.other]) == 0) {
+            const Posed carried = other.at(1) * other.at(sweep.fraction).inverse();
+            const Vec3d centre = motion.start * motion.centre;
+            motion.displacement = carried * (centre + motion.displacement) - centre;
+            motion.turn = turnNear(Quatd::Identity(), carried.rotation * expQuat<double>(motion.turn),
+                                   motion.turn + (1 - sweep.fraction) * other.turn);
+        }
+        return motion;
+    }
+
+    BodyTable<S>& bodies_;
+    const JointTable<S>& joints_;
+    const BroadPhase& boxes_;
+    FunctionRef<bool(ProxyId, ProxyId)> mayCollide_;
+    const std::vector<Before<S>>& before_;
+    Vec3<S> gravity_;
+    S dt_;
+    std::vector<Sweep> sweeps_;
+    std::vector<ProxyId> group_;  // by body: the lowest one of its group
+    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+    std::vector<Way> ways_;
+    std::vector<std::size_t> wayOfBody_;  // `none` for who has no part in any sweep
+    SweepCounts counts_;
+};
+
+}  // namespace
+
+template <class S>
+SweepCounts sweepFastBodies(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+                            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+                            const Vec3<S>& gravity, S dt, JobSystem& jobs) {
+    return Sweeper<S>(bodies, joints, boxes, mayCollide, before, gravity, dt).run(jobs);
+}
+
+template SweepCounts sweepFastBodies(BodyTable<float>&, const JointTable<float>&, const BroadPhase&,
+                                     FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<float>>&,
+                                     const Vec3<float>&, float, JobSystem&);
+template SweepCounts sweepFastBodies(BodyTable<double>&, const JointTable<double>&, const BroadPhase&,
+                                     FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<double>>&,
+                                     const Vec3<double>&, double, JobSystem&);
+
+}  // namespace cairn

@@ -1,0 +1,39 @@
+#pragma once
+// Continuous collision. Contacts are known no farther ahead than a fast body's own size; what it could pass beyond that
+// within a step is found here, after the solve: the body is held back at the first place where it meets something, with
+// its velocity, and the next step's contact takes it from there.
+#include "base/function_ref.hpp"
+#include "collision/broad_phase/broad_phase.hpp"
+#include "engine/constraints/joint.hpp"
+
+namespace cairn {
+
+// Where a body was before the step.
+template <class S>
+struct Before {
+    Pose<S> pose;
+    Vec3<S> w = Vec3<S>::Zero();  // rad/s
+};
+
+struct SweepCounts {
+    int swept = 0;
+    int heldBack = 0;    // with the bodies jointed to them, that stay with them
+    int unresolved = 0;  // meetings whose time was not found to tolerance: held back at a safe one; or still meeting
+                         // something after the last round
+};
+
+// The largest way of a point within `radius` (m) of the body's centre between two poses.
+template <class S>
+double wayOf(const Pose<S>& from, const Pose<S>& to, double radius) {
+    const double arc = std::isfinite(radius) ? 2 * radius : 0;
+    return static_cast<double>((to.position - from.position).norm()) +
+           arc * static_cast<double>((from.rotation.conjugate() * to.rotation).vec().norm());
+}
+
+// `boxes` must hold every body from where it was to where it is; mayCollide as in BroadPhase. gravity: m/s2.
+template <class S>
+SweepCounts sweepFastBodies(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+                            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+                            const Vec3<S>& gravity, S dt, JobSystem& jobs);
+
+}  // namespace cairn

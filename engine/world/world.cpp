@@ -1,0 +1,475 @@
+#include "engine/model/gyroscopics.hpp"
+#include "engine/world/world_impl.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cairn {
+namespace {
+
+void requirePositive(const char* field, double value) {
+    if (!(value > 0) || !std::isfinite(value)) {
+        throw InputError(std::string("world.") + field, std::to_string(value), "give a finite number > 0");
+    }
+}
+
+}  // namespace
+
+template <class S>
+World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef) {
+    if (!def.gravity.allFinite()) {
+        throw InputError("world.gravity", "a non-finite number", "give finite numbers in m/s2");
+    }
+    requirePositive("contactMargin", def.contactMargin);
+    requirePositive("maxPushOutSpeed", def.maxPushOutSpeed);
+    requirePositive("continuousShare", def.continuousShare);
+    requirePositive("sleep.distance", def.sleep.distance);
+    requirePositive("sleep.time", def.sleep.time);
+    if (!(def.stillDistance >= 0) || !std::isfinite(def.stillDistance)) {
+        throw InputError("world.stillDistance", std::to_string(def.stillDistance), "give a finite length >= 0 in m");
+    }
+    if (!(def.restitutionSpeed >= 0)) {
+        throw InputError("world.restitutionSpeed", std::to_string(def.restitutionSpeed), "give a speed >= 0 in m/s");
+    }
+    requireAccuracy(def.accuracy);
+    jobs = def.jobs ? def.jobs : makeTbbJobSystem(def.threads);
+    solver = makeSolver<S>(settings());
+}
+
+template <class S>
+void World<S>::Impl::requireAccuracy(const AccuracyDef& accuracy) const {
+    const auto require = [](bool good, const char* field, double value, const char* remedy) {
+        if (!good) {
+            throw InputError(std::string("accuracy.") + field, std::to_string(value), remedy);
+        }
+    };
+    const auto amount = [](double value) { return value >= 0 && std::isfinite(value); };
+    require(amount(accuracy.position), "position", accuracy.position, "give a length in m, or 0 for none");
+    require(amount(accuracy.velocity), "velocity", accuracy.velocity, "give a speed in m/s, or 0 for none");
+    require(amount(accuracy.budget), "budget", accuracy.budget, "give seconds a step, or 0 for none");
+    require(accuracy.mostPieces >= 1 && accuracy.mostPieces <= 1024, "mostPieces", accuracy.mostPieces,
+            "give 1 to 1024");
+    require(accuracy.effort >= -1 && accuracy.effort < effortCount, "effort", accuracy.effort,
+            "give 0 (cheapest) to 11, or -1 for none");
+    require(amount(accuracy.mostWork), "mostWork", accuracy.mostWork, "give visits of rows a step, or 0 for none");
+    const char* const bound = accuracy.budget > 0     ? "budget"
+                              : accuracy.effort >= 0  ? "effort"
+                              : accuracy.mostWork > 0 ? "mostWork"
+                                                      : nullptr;
+    if (bound != nullptr && def.solver.name != "auto") {
+        throw InputError(std::string("accuracy.") + bound, "with the solver \"" + def.solver.name + "\"",
+                         "use the solver auto, which may change what it does, or leave it out");
+    }
+}
+
+template <class S>
+SolverSettings World<S>::Impl::settings() const {
+    if (def.solver.gyroscopicInertia) {
+        const std::array free = {"gauss_seidel", "jacobi", "nonlinear_gs", "xpbd"};
+        if (std::find(free.begin(), free.end(), def.solver.name) == free.end()) {
+            throw InputError("solver.gyroscopicInertia", "true with the solver \"" + def.solver.name + "\"",
+                             "leave it out, or use gauss_seidel, jacobi, nonlinear_gs or xpbd: other solvers need a "
+                             "symmetric mass matrix");
+        }
+    }
+    SolverSettings s;
+    s.def = def.solver;
+    s.restitutionSpeed = def.restitutionSpeed;
+    s.maxPushOutSpeed = def.maxPushOutSpeed;
+    return s;
+}
+
+template <class S>
+bool World<S>::Impl::mayCollide(ProxyId a, ProxyId b) const {
+    if (!bodies[a].isDynamic() && !bodies[b].isDynamic()) {
+        return false;
+    }
+    if (!filtersAgree(bodies[a].def.filter, bodies[b].def.filter)) {
+        return false;
+    }
+    return !std::binary_search(deaf.begin(), deaf.end(), ProxyPair{std::min(a, b), std::max(a, b)});
+}
+
+template <class S>
+void World<S>::Impl::wakeBodies(const Joint<S>& joint) {
+    for (int k = 0; k < joint.bodyCount(); ++k) {
+        wake(bodies[joint.body(k).index]);
+    }
+}
+
+template <class S>
+void World<S>::Impl::wakeNeighbours(std::uint32_t index) {
+    for (const PairContacts<S>& pair : contacts.pairs()) {
+        if (!pair.patches.empty() && (pair.pair.a == index || pair.pair.b == index)) {
+            wake(bodies[pair.pair.a == index ? pair.pair.b : pair.pair.a]);
+        }
+    }
+    for (std::size_t j = 0; j < joints.slotCount(); ++j) {
+        if (joints.used(j) && joints[j].holds(index)) {
+            wakeBodies(joints[j]);
+        }
+    }
+}
+
+template <class S>
+World<S>::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {
+    Impl* impl = impl_.get();
+    impl->broadPhase.setFilter([impl](ProxyId a, ProxyId b) { return impl->mayCollide(a, b); });
+}
+template <class S>
+World<S>::~World() = default;
+template <class S>
+World<S>::World(World&&) noexcept = default;
+template <class S>
+World<S>& World<S>::operator=(World&&) noexcept = default;
+
+template <class S>
+const StepReport& World<S>::step(S dt) {
+    impl_->step(dt);
+    return impl_->report;
+}
+template <class S>
+const StepReport& World<S>::report() const {
+    return impl_->report;
+}
+
+template <class S>
+BodyId World<S>::add(const BodyDef& def) {
+    const BodyId id = impl_->bodies.add(makeBody<S>(def, impl_->def.continuousShare));
+    const Body<S>& added = impl_->bodies[id.index];
+    if (!def.shapes.empty()) {
+        impl_->broadPhase.add(id.index, impl_->reach(added, 0), def.type == BodyType::Static);
+    }
+    return id;
+}
+
+template <class S>
+JointId World<S>::addJoint(const JointDef& def) {
+    const bool collides = std::visit([](const auto& d) { return d.collide; }, def);
+    Joint<S> joint = makeJoint(def, impl_->bodies);
+    const BodyId a = joint.a;
+    const BodyId b = joint.b;
+    const JointId id = impl_->joints.add(std::move(joint));
+    if (!collides) {
+        const ProxyPair pair{std::min(a.index, b.index), std::max(a.index, b.index)};
+        impl_->deaf.insert(std::lower_bound(impl_->deaf.begin(), impl_->deaf.end(), pair), pair);
+        refilter(a, b);
+    }
+    impl_->wakeBodies(impl_->joints[id.index]);
+    return id;
+}
+
+template <class S>
+void World<S>::refilter(BodyId a, BodyId b) {
+    for (const BodyId id : {a, b}) {
+        if (impl_->broadPhase.contains(id.index)) {
+            impl_->broadPhase.refilter(id.index);
+        }
+    }
+}
+
+template <class S>
+void World<S>::remove(JointId id) {
+    const Joint<S>& joint = impl_->joint(id);
+    const BodyId a = joint.a;
+    const BodyId b = joint.b;
+    if (!std::visit([](const auto& d) { return d.collide; }, joint.def)) {
+        const ProxyPair pair{std::min(a.index, b.index), std::max(a.index, b.index)};
+        impl_->deaf.erase(std::lower_bound(impl_->deaf.begin(), impl_->deaf.end(), pair));
+        refilter(a, b);
+    }
+    impl_->wakeBodies(joint);
+    impl_->joints.remove(id);
+}
+
+template <class S>
+void World<S>::remove(BodyId id) {
+    impl_->requireId(id);
+    for (const JointId joint : joints()) {
+        const Joint<S>& j = impl_->joints[joint.index];
+        if (j.holds(id.index)) {
+            remove(joint);
+        }
+    }
+    impl_->wakeNeighbours(id.index);
+    if (impl_->broadPhase.contains(id.index)) {
+        impl_->broadPhase.remove(id.index);
+    }
+    impl_->contacts.forget(id.index);
+    impl_->islands.forget(id.index);
+    impl_->bodies.remove(id);
+}
+
+template <class S>
+bool World<S>::contains(BodyId id) const {
+    return impl_->bodies.contains(id);
+}
+template <class S>
+bool World<S>::contains(JointId id) const {
+    return impl_->joints.contains(id);
+}
+template <class S>
+Pose<S> World<S>::pose(BodyId id) const {
+    return impl_->body(id).framePose();
+}
+template <class S>
+Vec3<S> World<S>::centre(BodyId id) const {
+    return impl_->body(id).pose.position;
+}
+template <class S>
+Vec3<S> World<S>::linearVelocity(BodyId id) const {
+    return impl_->body(id).v;
+}
+template <class S>
+Vec3<S> World<S>::angularVelocity(BodyId id) const {
+    return impl_->body(id).w;
+}
+template <class S>
+S World<S>::mass(BodyId id) const {
+    return impl_->body(id).mass;
+}
+template <class S>
+Mat3<S> World<S>::inertia(BodyId id) const {
+    return impl_->body(id).inertia;
+}
+template <class S>
+bool World<S>::awake(BodyId id) const {
+    return impl_->body(id).awake;
+}
+template <class S>
+const BodyDef& World<S>::def(BodyId id) const {
+    return impl_->body(id).def;
+}
+template <class S>
+const WorldDef& World<S>::worldDef() const {
+    return impl_->def;
+}
+
+template <class S>
+std::vector<BodyId> World<S>::bodies() const {
+    std::vector<BodyId> ids;
+    for (std::size_t i = 0; i < impl_->bodies.slotCount(); ++i) {
+        if (impl_->bodies.used(i)) {
+            ids.push_back(impl_->bodies.idAt(i));
+        }
+    }
+    return ids;
+}
+template <class S>
+std::vector<JointId> World<S>::joints() const {
+    std::vector<JointId> ids;
+    for (std::size_t i = 0; i < impl_->joints.slotCount(); ++i) {
+        if (impl_->joints.used(i)) {
+            ids.push_back(impl_->joints.idAt(i));
+        }
+    }
+    return ids;
+}
+
+template <class S>
+void World<S>::setPose(BodyId id, const Pose<S>& pose) {
+    Body<S>& b = impl_->body(id);
+    if (!pose.isFinite() || !(pose.rotation.norm() > S(1e-6))) {
+        throw InputError(label(b.def) + ".pose", "a non-finite number or a quaternion of length 0",
+                         "give a finite pose");
+    }
+    impl_->wakeNeighbours(id.index);
+    const Quat<S> rotation = pose.rotation.normalized();
+    b.pose = {pose.position + rotation * b.localCentre, rotation};
+    impl_->wake(b);
+    if (impl_->broadPhase.contains(id.index)) {
+        impl_->broadPhase.move(id.index, impl_->reach(b, 0), Vec3d::Zero());
+    }
+}
+template <class S>
+void World<S>::setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angular) {
+    Body<S>& b = impl_->body(id);
+    requireSpeed(b.def, linear, angular);
+    if (b.def.type == BodyType::Static) {
+        throw InputError(label(b.def) + ".velocity", "of a static body", "make it kinematic to move it");
+    }
+    if (b.def.particle && !angular.isZero()) {
+        throw InputError(label(b.def) + ".velocity", "a spin of a particle", "particles do not turn: give no spin");
+    }
+    b.v = linear;
+    b.w = angular;
+    impl_->wake(b);
+}
+template <class S>
+void World<S>::setSolver(const SolverDef& def) {
+    const SolverDef old = impl_->def.solver;
+    impl_->def.solver = def;
+    try {
+        impl_->requireAccuracy(impl_->def.accuracy);
+        impl_->solver = makeSolver<S>(impl_->settings());
+        impl_->efforts = {};
+    } catch (...) {
+        impl_->def.solver = old;
+        throw;
+    }
+}
+template <class S>
+void World<S>::setAccuracy(const AccuracyDef& accuracy) {
+    impl_->requireAccuracy(accuracy);
+    impl_->def.accuracy = accuracy;
+}
+template <class S>
+void World<S>::setMotor(JointId id, double speed, double most) {
+    Joint<S>& joint = impl_->joint(id);
+    if (!std::isfinite(speed) || !(most >= 0)) {
+        throw InputError("motor", std::to_string(speed) + ", " + std::to_string(most),
+                         "give a finite speed and a most >= 0");
+    }
+    std::visit(
+        [&]<class Def>(Def& def) {
+            if constexpr (requires { def.motorTorque; }) {
+                def.motorSpeed = speed;
+                def.motorTorque = most;
+            } else if constexpr (requires { def.motorForce; }) {
+                def.motorSpeed = speed;
+                def.motorForce = most;
+            } else {
+                throw InputError("motor", std::string("on a ") + Def::typeName,
+                                 "only joints with a motorSpeed have motors");
+            }
+        },
+        joint.def);
+    joint.lambda.clear();
+    impl_->wakeBodies(joint);
+}
+template <class S>
+void World<S>::applyForce(BodyId id, const Vec3<S>& force) {
+    applyForce(id, force, impl_->body(id).pose.position);
+}
+template <class S>
+void World<S>::applyForce(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
+    Body<S>& b = impl_->body(id);
+    requireFinite(b.def, "force", force.allFinite() && point.allFinite());
+    b.force += force;
+    b.torque += (point - b.pose.position).cross(force);
+    impl_->wake(b);
+}
+template <class S>
+void World<S>::applyTorque(BodyId id, const Vec3<S>& torque) {
+    Body<S>& b = impl_->body(id);
+    requireFinite(b.def, "torque", torque.allFinite());
+    b.torque += torque;
+    impl_->wake(b);
+}
+template <class S>
+void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point) {
+    Body<S>& b = impl_->body(id);
+    requireFinite(b.def, "impulse", impulse.allFinite() && point.allFinite());
+    if (!b.isDynamic()) {
+        return;
+    }
+    const Mat3<S> R = b.pose.rotation.toRotationMatrix();
+    b.v += impulse / b.mass;
+    if (!b.def.particle) {
+        b.w += R * inverseOf<S>(b.inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
+    }
+    impl_->wake(b);
+}
+template <class S>
+void World<S>::wake(BodyId id) {
+    Body<S>& b = impl_->body(id);
+    if (b.isDynamic()) {
+        impl_->wake(b);
+    }
+}
+
+template <class S>
+std::vector<ContactView> World<S>::contacts() const {
+    std::vector<ContactView> views;
+    for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
+        const Body<S>& a = impl_->bodies[pair.pair.a];
+        const Body<S>& b = impl_->bodies[pair.pair.b];
+        for (const ContactPatch<S>& patch : pair.patches) {
+            for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
+                const ContactPointState<S>& point = patch.points[k];
+                ContactView& view = views.emplace_back();
+                view.a = impl_->bodies.idAt(pair.pair.a);
+                view.b = impl_->bodies.idAt(pair.pair.b);
+                view.point =
+                    (S(0.5) * (a.pose * point.geometry.onA + b.pose * point.geometry.onB)).template cast<double>();
+                view.normal = point.geometry.direction(a.pose, b.pose).template cast<double>();
+                view.separation = static_cast<double>(point.separation);
+                view.normalForce = static_cast<double>(point.normalForce);
+                view.error = static_cast<double>(point.error);
+                view.frictionForce = point.friction.template cast<double>();
+                view.friction = static_cast<double>(patch.friction);
+                view.staticFriction = static_cast<double>(patch.staticFriction);
+                view.restitution = static_cast<double>(patch.restitution);
+            }
+        }
+    }
+    return views;
+}
+
+template <class S>
+std::vector<JointView> World<S>::jointViews() const {
+    std::vector<JointView> views;
+    for (std::size_t j = 0; j < impl_->joints.slotCount(); ++j) {
+        if (!impl_->joints.used(j)) {
+            continue;
+        }
+        const Joint<S>& joint = impl_->joints[j];
+        const Pose<S>& a = impl_->bodies[joint.a.index].pose;
+        const Pose<S>& b = impl_->bodies[joint.b.index].pose;
+        JointPoses<S> poses{};
+        for (int k = 0; k < joint.bodyCount(); ++k) {
+            poses[static_cast<std::size_t>(k)] = &impl_->bodies[joint.body(k).index].pose;
+        }
+        std::vector<Row<S>> rows;
+        RowBlock<S> block;
+        joint.linearize(poses, rows, block);
+        const JointError error = jointError(rows);
+        JointView& view = views.emplace_back();
+        view.id = impl_->joints.idAt(j);
+        view.a = joint.a;
+        view.b = joint.b;
+        view.frameA = (a * joint.frames.a).template cast<double>();
+        view.frameB = (b * joint.frames.b).template cast<double>();
+        view.gap = error.gap;
+        view.angle = error.angle;
+        for (const Row<S>& row : rows) {
+            const Vec6<S> push = row.lambda * bodyGradient(row, block, 1);
+            view.force += push.template head<3>().template cast<double>();
+            view.torque += push.template tail<3>().template cast<double>();
+        }
+    }
+    return views;
+}
+
+template <class S>
+std::vector<BodyErrorView> World<S>::bodyErrors() const {
+    std::vector<double> worst(impl_->bodies.slotCount(), 0);
+    const auto keep = [&](std::uint32_t body, double error) { worst[body] = std::max(worst[body], error); };
+    for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
+        for (const ContactPatch<S>& patch : pair.patches) {
+            for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
+                keep(pair.pair.a, static_cast<double>(patch.points[k].error));
+                keep(pair.pair.b, static_cast<double>(patch.points[k].error));
+            }
+        }
+    }
+    for (const JointView& view : jointViews()) {
+        const Joint<S>& joint = impl_->joints[view.id.index];
+        for (int k = 0; k < joint.bodyCount(); ++k) {
+            keep(joint.body(k).index, view.gap);
+        }
+    }
+    std::vector<BodyErrorView> views;
+    for (const BodyId id : bodies()) {
+        const Body<S>& body = impl_->bodies[id.index];
+        if (body.isDynamic() && body.awake) {
+            views.push_back({id, worst[id.index], static_cast<double>(body.unexplained)});
+        }
+    }
+    return views;
+}
+
+template class World<float>;
+template class World<double>;
+
+}  // namespace cairn

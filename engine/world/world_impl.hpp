@@ -1,0 +1,114 @@
+#pragma once
+// What a world holds. world.cpp is its face, world_step.cpp moves it.
+#include <cairn/world.hpp>
+
+#include "engine/islands/islands.hpp"
+#include "engine/solve/budget.hpp"
+#include "engine/solve/refine.hpp"
+#include "engine/world/continuous.hpp"
+
+namespace cairn {
+
+template <class S>
+struct World<S>::Impl {
+    WorldDef def;
+    std::shared_ptr<JobSystem> jobs;
+    std::unique_ptr<Solver<S>> solver;
+    std::array<std::unique_ptr<Solver<S>>, effortCount> efforts;  // of a budget, made when first chosen
+    BudgetKeeper budget;
+    BudgetLoad load;          // of this step
+    double solveSeconds = 0;  // of this step, by the budget's clock
+    BodyTable<S> bodies;
+    JointTable<S> joints;
+    std::vector<ProxyPair> deaf;  // jointed bodies that ignore each other; sorted, one entry a joint
+    BroadPhase broadPhase;
+    ContactTable<S> contacts;
+    Islands<S> islands;
+    std::vector<Solution> solved;   // of this step, by awake island
+    std::vector<Before<S>> before;  // of this step, by body
+    StepReport report;
+
+    explicit Impl(const WorldDef& worldDef);
+    SolverSettings settings() const;
+    void requireAccuracy(const AccuracyDef& accuracy) const;
+    bool mayCollide(ProxyId a, ProxyId b) const;
+    Body<S>& body(BodyId id) {
+        requireId(id);
+        return bodies[id.index];
+    }
+    const Body<S>& body(BodyId id) const {
+        requireId(id);
+        return bodies[id.index];
+    }
+    void requireId(BodyId id) const {
+        if (!bodies.contains(id)) {
+            throw InputError("body id", std::to_string(id.index) + "." + std::to_string(id.generation),
+                             "null or stale: use ids of bodies that are in the world");
+        }
+    }
+    Joint<S>& joint(JointId id) {
+        if (!joints.contains(id)) {
+            throw InputError("joint id", std::to_string(id.index) + "." + std::to_string(id.generation),
+                             "null or stale: use ids of joints that are in the world");
+        }
+        return joints[id.index];
+    }
+    void wake(Body<S>& b) {
+        b.awake = true;
+        b.restTime = 0;
+        b.restPose = b.pose;
+    }
+    void wakeBodies(const Joint<S>& joint);
+    void wakeNeighbours(std::uint32_t index);
+    // The box that a body can reach within dt, with half of the contact margin around it.
+    Aabb reach(const Body<S>& b, double dt) const {
+        return bounds(b.def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + motion(b, dt));
+    }
+    // m, that no point of the body moves farther than within dt. What is too fast to be squared (an impulse of the
+    // game, which the step finds and puts back) reaches far, but not out of all boxes.
+    static double motion(const Body<S>& b, double dt) {
+        constexpr double farthest = 1e15;
+        const double turn = std::isfinite(b.radius) ? static_cast<double>(b.w.norm()) * b.radius : 0;
+        const double way = dt * (static_cast<double>(b.v.norm()) + turn);
+        return way < farthest ? way : farthest;
+    }
+
+    void step(S dt);
+    Diagnosis diagnose(S dt, double position);
+
+private:
+    void move(S dt);
+    // Boxes for the step to come, before its contacts are looked for; and after it, for queries and sweeps: those hold
+    // the body all the way from where it was.
+    void moveProxies(double dt);
+    void refreshProxies(double dt);
+    void sweep(S dt);
+    void writeBack(const Island<S>& island, S dt);
+    void moveKinematic(S dt);
+    void forgetForces(std::uint32_t body);
+    // A body whose numbers went non-finite goes back to where it was before the step, at rest, and is named in the
+    // report.
+    void restoreNonFinite(const Island<S>& island);
+    // Sums over islands.
+    struct Totals {
+        double constraint = 0;   // J
+        double momentum = 0;     // J
+        double coulomb = 0;      // J
+        double penetration = 0;  // m
+        int touching = 0;
+    };
+    void solveIslands(S dt);
+    // What a budget plans by, of one island: its rows and bodies.
+    static double loadOf(const Island<S>& island);
+    // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
+    void shareWork();
+    void record(const Island<S>& island, const Solution& solution, Totals& totals);
+    void countAndClose(const Totals& totals);
+    bool accuracyAsked() const;
+    // Whether a budget, or who replays one, chooses the effort of a step.
+    bool hasEffort() const { return def.accuracy.budget > 0 || def.accuracy.effort >= 0; }
+    // s. Not read where nothing hangs on it: it is a call of the system, a tenth of a small scene's step.
+    double budgetClock() const { return hasEffort() ? BudgetKeeper::clock(jobs->threadCount()) : 0; }
+};
+
+}  // namespace cairn

@@ -1,0 +1,362 @@
+#include "engine/world/world_impl.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace cairn {
+namespace {
+
+// Times stage after stage with one look at the clock between two: more would be felt in a step of a microsecond.
+class Stages {
+public:
+    // s since the last end(), or the beginning.
+    double end() {
+        const Clock::time_point before = std::exchange(last_, Clock::now());
+        return std::chrono::duration<double>(last_ - before).count();
+    }
+    // s, of all that have ended.
+    double all() const { return std::chrono::duration<double>(last_ - start_).count(); }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point start_ = Clock::now();
+    Clock::time_point last_ = start_;
+};
+
+}  // namespace
+
+template <class S>
+void World<S>::Impl::step(S dt) {
+    std::vector<IslandReport> room = std::move(report.islands);
+    report = {};
+    report.islands = std::move(room);
+    report.islands.clear();
+    report.dt = static_cast<double>(dt);
+    if (!(dt > S(0)) || !(dt <= S(1))) {
+        report.flags = FlagRefused;
+        return;
+    }
+    solveSeconds = 0;
+    const double start = budgetClock();
+    move(dt);
+    if (report.effort >= 0) {
+        budget.learn(report.effort, load,
+                     {.work = report.counts.work,
+                      .cut = report.counts.cut > 0,
+                      .solve = solveSeconds,
+                      .rest = budgetClock() - start - solveSeconds});
+    }
+}
+
+template <class S>
+void World<S>::Impl::move(S dt) {
+    Stages stages;
+    moveProxies(static_cast<double>(dt));
+    broadPhase.update();
+    report.times.broadPhase = stages.end();
+
+    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.stillDistance}, *jobs);
+    report.times.narrowPhase = stages.end();
+
+    islands.rebuild(bodies, joints, contacts,
+                    {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia, accuracyAsked()});
+    report.times.islands = stages.end();
+
+    const double start = budgetClock();
+    solveIslands(dt);
+    solveSeconds = budgetClock() - start;
+    before.resize(bodies.slotCount());
+    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+        before[i] = {bodies[i].pose, bodies[i].w};
+        bodies[i].force.setZero();
+        bodies[i].torque.setZero();
+    }
+    moveKinematic(dt);
+    Totals totals;
+    std::vector<Island<S>>& awake = islands.awake();
+    for (std::size_t k = 0; k < awake.size(); ++k) {
+        writeBack(awake[k], dt);
+        restoreNonFinite(awake[k]);
+        record(awake[k], solved[k], totals);
+    }
+    report.times.solve = stages.end();
+
+    refreshProxies(static_cast<double>(dt));
+    sweep(dt);
+    report.times.continuous = stages.end();
+
+    islands.updateSleep(bodies, def.sleep, static_cast<double>(dt));
+    countAndClose(totals);
+    stages.end();
+    report.times.total = stages.all();
+}
+
+template <class S>
+void World<S>::Impl::moveProxies(double dt) {
+    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+        const Body<S>& b = bodies[i];
+        if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
+            broadPhase.move(i, reach(b, dt), dt * b.v.template cast<double>());
+        }
+    }
+}
+
+template <class S>
+void World<S>::Impl::refreshProxies(double dt) {
+    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+        const Body<S>& b = bodies[i];
+        if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
+            const double moved = wayOf(before[i].pose, b.pose, b.radius);
+            const double ahead = motion(b, dt);
+            const Aabb box = bounds(b.def.shapes, b.framePoseDouble());
+            broadPhase.move(i, box.grown(0.5 * def.contactMargin + std::max(ahead, moved)),
+                            dt * b.v.template cast<double>());
+        }
+    }
+    broadPhase.update();
+}
+
+template <class S>
+void World<S>::Impl::sweep(S dt) {
+    const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
+    const SweepCounts counts =
+        sweepFastBodies<S>(bodies, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt, *jobs);
+    report.counts.sweptBodies = counts.swept;
+    report.counts.heldBodies = counts.heldBack;
+    report.counts.unresolvedSweeps = counts.unresolved;
+}
+
+template <class S>
+void World<S>::Impl::writeBack(const Island<S>& island, S dt) {
+    for (const SolverBody<S>& s : island.bodies) {
+        if (!s.fixed) {
+            Body<S>& b = bodies[s.index];
+            b.pose = s.pose;
+            b.unexplained = s.unexplained < S(0) ? b.unexplained : s.unexplained;
+            b.acceleration = (s.v.template head<3>() - b.v) / dt;
+            b.v = s.v.template head<3>();
+            b.w = s.v.template tail<3>();
+        }
+    }
+}
+
+template <class S>
+void World<S>::Impl::moveKinematic(S dt) {
+    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+        Body<S>& b = bodies[i];
+        if (bodies.used(i) && b.def.type == BodyType::Kinematic) {
+            b.pose.position += dt * b.v;
+            b.pose.rotation = rotated<S>(b.pose.rotation, dt * b.w);
+        }
+    }
+}
+
+template <class S>
+void World<S>::Impl::forgetForces(std::uint32_t body) {
+    for (PairContacts<S>& pair : contacts.pairs()) {
+        if (pair.pair.a == body || pair.pair.b == body) {
+            pair.made = false;
+            pair.patches.clear();
+        }
+    }
+    for (std::size_t j = 0; j < joints.slotCount(); ++j) {
+        if (joints.used(j) && joints[j].holds(body)) {
+            joints[j].lambda.clear();
+        }
+    }
+    islands.forget(body);
+}
+
+template <class S>
+void World<S>::Impl::restoreNonFinite(const Island<S>& island) {
+    for (const SolverBody<S>& s : island.bodies) {
+        if (s.fixed) {
+            continue;
+        }
+        Body<S>& b = bodies[s.index];
+        if (!b.pose.isFinite() || !std::isfinite(b.v.squaredNorm() + b.w.squaredNorm())) {
+            b.pose = before[s.index].pose;
+            b.v.setZero();
+            b.w.setZero();
+            b.acceleration.setZero();
+            forgetForces(s.index);
+            report.nonFinite.push_back(bodies.idAt(s.index));
+        }
+    }
+}
+
+template <class S>
+double World<S>::Impl::loadOf(const Island<S>& island) {
+    double load = static_cast<double>(island.bodies.size() + 3 * island.joints.size());
+    for (const auto& link : island.patches) {
+        load += 3 * link.patch->manifold.count;
+    }
+    return load;
+}
+
+template <class S>
+void World<S>::Impl::shareWork() {
+    if (report.mostWork == 0) {
+        return;
+    }
+    std::vector<Island<S>>& awake = islands.awake();
+    double rowsOfAll = 0;
+    double workOfAll = 0;
+    for (const Island<S>& island : awake) {
+        rowsOfAll += loadOf(island);
+        workOfAll += island.memory.work;
+    }
+    for (Island<S>& island : awake) {
+        double share = loadOf(island) / rowsOfAll;
+        if (workOfAll > 0) {
+            share = 0.5 * (share + island.memory.work / workOfAll);
+        }
+        island.mostWork = share * report.mostWork;
+    }
+}
+
+template <class S>
+void World<S>::Impl::solveIslands(S dt) {
+    std::vector<Island<S>>& awake = islands.awake();
+    solved.resize(awake.size());
+    SolveRequest request{def.accuracy, def.contactMargin, def.stillDistance, 1};
+    Solver<S>* by = solver.get();
+    report.mostWork = def.accuracy.mostWork;
+    load = {};
+    if (hasEffort()) {
+        for (const Island<S>& island : awake) {
+            (island.isCalm() ? load.calm : load.moving) += loadOf(island);
+        }
+        BudgetChoice choice{def.accuracy.effort, def.accuracy.mostWork};
+        if (choice.effort < 0) {
+            choice = budget.choose(def.accuracy.budget, load);
+            if (choice.mostWork == 0 || (def.accuracy.mostWork > 0 && def.accuracy.mostWork < choice.mostWork)) {
+                choice.mostWork = def.accuracy.mostWork;
+            }
+        }
+        report.effort = choice.effort;
+        report.mostWork = choice.mostWork;
+        const Effort effort = effortAt(report.effort, def.solver);
+        std::unique_ptr<Solver<S>>& made = efforts[static_cast<std::size_t>(report.effort)];
+        if (!made) {
+            SolverSettings its = settings();
+            its.def = effort.solver;
+            made = makeSolver<S>(its);
+        }
+        by = made.get();
+        request.pieces = effort.pieces;
+        request.accuracy.mostPieces = std::min(request.accuracy.mostPieces, effort.pieces);
+    }
+    shareWork();
+    parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) {
+        solved[k] = solveIsland(awake[k], *by, dt, request);
+        awake[k].memory.work = solved[k].report.work;
+    });
+}
+
+template <class S>
+void World<S>::Impl::record(const Island<S>& island, const Solution& solution, Totals& totals) {
+    const SolveReport& s = solution.report;
+    const IslandError& e = solution.error;
+    StepCounts& counts = report.counts;
+    counts.rows += s.rows;
+    counts.directIslands += s.directSolves > 0 ? 1 : 0;
+    counts.sweptIslands += s.sweptSolves > 0 ? 1 : 0;
+    counts.newtonRounds += s.newtonRounds;
+    counts.factorisations += s.factorisations;
+    counts.work += s.work;
+    counts.cut += s.cut ? 1 : 0;
+    // Sweeps that are too few for the masses let bodies into each other, step after step, and say nothing.
+    constexpr double mostSunk = 0.002;  // m a step
+    constexpr double shareGained = 0.01;
+    counts.unconverged += s.unconverged || e.sunk > mostSunk ? 1 : 0;
+    counts.energetic += s.energyGained > shareGained * s.energyInPlay ? 1 : 0;
+    counts.attempts += solution.attempts;
+    counts.narrow += solution.narrow;
+    StepError& error = report.error;
+    error.maxPenetration = std::max(error.maxPenetration, e.maxPenetration);
+    error.maxJointGap = std::max(error.maxJointGap, e.maxJointGap);
+    error.maxJointAngle = std::max(error.maxJointAngle, e.maxJointAngle);
+    error.position = std::max(error.position, e.position);
+    error.velocity = std::max(error.velocity, e.velocity);
+    error.coneViolation = std::max(error.coneViolation, e.cone);
+    error.energyGained += s.energyGained;
+    error.momentumDefect += s.momentumDefect;
+    totals.constraint += e.constraint;
+    totals.momentum += s.residualMomentum * s.residualMomentum;
+    totals.coulomb += e.coulomb;
+    totals.penetration += e.penetrationSum;
+    totals.touching += e.touching;
+    report.flags |= e.over > 1 ? static_cast<std::uint32_t>(FlagTolerance) : 0U;
+
+    IslandReport& one = report.islands.emplace_back();
+    for (const SolverBody<S>& body : island.bodies) {
+        one.bodies += body.fixed ? 0 : 1;
+    }
+    one.lowest = bodies.idAt(island.bodies.front().index);
+    one.rows = s.rows;
+    one.pieces = solution.pieces;
+    one.ownPieces = solution.ownPieces;
+    one.attempts = solution.attempts;
+    one.swept = s.sweptSolves > 0;
+    one.position = e.position;
+    one.velocity = e.velocity;
+    one.overTolerance = e.over;
+    one.residualConstraint = std::sqrt(e.constraint);
+    one.residualMomentum = s.residualMomentum;
+}
+
+template <class S>
+bool World<S>::Impl::accuracyAsked() const {
+    bool asked = def.accuracy.position > 0 || def.accuracy.velocity > 0 || hasEffort();
+    for (std::size_t i = 0; i < bodies.slotCount() && !asked; ++i) {
+        asked = bodies.used(i) && bodies[i].def.tolerance > 0;
+    }
+    return asked;
+}
+
+template <class S>
+void World<S>::Impl::countAndClose(const Totals& totals) {
+    StepCounts& c = report.counts;
+    c.bodies = static_cast<int>(bodies.count());
+    c.joints = static_cast<int>(joints.count());
+    c.pairs = static_cast<int>(contacts.pairs().size());
+    c.islands = static_cast<int>(islands.awake().size());
+    c.carriedPairs = contacts.carried();
+    c.narrow += contacts.counts();
+    for (const PairContacts<S>& pair : contacts.pairs()) {
+        for (const ContactPatch<S>& patch : pair.patches) {
+            c.contacts += patch.manifold.count;
+        }
+    }
+    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+        const Body<S>& b = bodies[i];
+        if (!bodies.used(i) || !b.isDynamic()) {
+            continue;
+        }
+        c.awake += b.awake ? 1 : 0;
+        const Vec3<S> w = b.pose.rotation.conjugate() * b.w;
+        report.kineticEnergy += 0.5 * static_cast<double>(b.mass * b.v.squaredNorm() + w.dot(b.inertia * w));
+        report.potentialEnergy -=
+            static_cast<double>(b.mass) * b.def.gravityScale * def.gravity.dot(b.pose.position.template cast<double>());
+    }
+    report.error.meanPenetration = totals.touching > 0 ? totals.penetration / totals.touching : 0;
+    report.error.residualConstraint = std::sqrt(totals.constraint);
+    report.error.residualMomentum = std::sqrt(totals.momentum);
+    if (def.accuracy.coulomb) {
+        report.error.residualCoulomb = std::sqrt(totals.coulomb);
+    }
+    report.flags |= report.nonFinite.empty() ? 0U : static_cast<std::uint32_t>(FlagNonFinite);
+    // A joint torn this far (m) says that its solver was given too little to do, whatever it reports itself.
+    constexpr double tornJoint = 0.1;
+    const bool unconverged = c.unconverged > 0 || report.error.maxJointGap > tornJoint;
+    report.flags |= unconverged ? static_cast<std::uint32_t>(FlagUnconverged) : 0U;
+    report.flags |= c.energetic > 0 ? static_cast<std::uint32_t>(FlagEnergy) : 0U;
+    report.flags |= c.narrow.repairedFailures > 0 ? static_cast<std::uint32_t>(FlagRepaired) : 0U;
+}
+
+template struct World<float>::Impl;
+template struct World<double>::Impl;
+
+}  // namespace cairn

@@ -1,0 +1,5 @@
+#pragma once
+// Everything a game needs: #include <cairn/cairn.hpp>, link cairn::cairn.
+#include <cairn/deformable.hpp>
+#include <cairn/solvers.hpp>
+#include <cairn/world.hpp>

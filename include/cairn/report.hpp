@@ -1,0 +1,110 @@
+#pragma once
+// What a step tells: how wrong it is, in physical units, what it counted, and how long each stage took.
+#include <cairn/defs.hpp>
+#include <cairn/narrow_counts.hpp>
+
+#include <optional>
+
+namespace cairn {
+
+// How wrong a step was: formulas, and what each cannot tell, in docs/accuracy.md.
+struct StepError {
+    double maxPenetration = 0;      // m, deepest contact point after the step
+    double meanPenetration = 0;     // m, over the contact points that touch
+    double maxJointGap = 0;         // m, largest violation of a joint's linear rows after the step
+    double maxJointAngle = 0;       // rad, largest violation of a joint's angular rows
+    double position = 0;            // m, worst row: gap, penetration, hovering under load, slip in a step
+    double velocity = 0;            // m/s, worst row: speed at which an error grew; slip that friction should have held
+    double residualConstraint = 0;  // sqrt(J), root of the sum over rows of error^2 / (A h^2)
+    double residualMomentum = 0;    // sqrt(J), root of the sum over bodies of |unexplained momentum|^2 / M
+    double coneViolation = 0;       // N, max of |lambda_t| - mu lambda_n
+    std::optional<double> residualCoulomb;  // sqrt(J), natural map of Coulomb's law; AccuracyDef::coulomb
+    double energyGained = 0;                // J, energy that no force explains and that the step added, >= 0
+    double momentumDefect = 0;              // N s, change of momentum that no external impulse explains
+};
+
+// One awake island after a step.
+struct IslandReport {
+    BodyId lowest;  // of its bodies, the one of lowest index
+    int bodies = 0;
+    int rows = 0;
+    int pieces = 1;                 // that the step was cut into
+    int ownPieces = 0;              // of bodies with a tolerance of their own, where the step was cut for them alone
+    int attempts = 1;               // solutions tried, until one was within what AccuracyDef asks
+    bool swept = false;             // whether sweeps had a part in it
+    double position = 0;            // m, as StepError's
+    double velocity = 0;            // m/s
+    double overTolerance = 0;       // worst error over what was asked; above 1: not reached. 0 where nothing was asked
+    double residualConstraint = 0;  // sqrt(J)
+    double residualMomentum = 0;    // sqrt(J)
+};
+
+struct StepCounts {
+    int bodies = 0;
+    int awake = 0;
+    int pairs = 0;         // of bodies whose boxes are near
+    int carriedPairs = 0;  // awake pairs that had hardly moved and kept their contact points
+    int contacts = 0;      // contact points
+    int joints = 0;
+    int islands = 0;  // awake ones
+    int rows = 0;
+    int directIslands = 0;     // islands whose answer is the direct solver's
+    int sweptIslands = 0;      // islands whose answer is Gauss-Seidel's
+    int newtonRounds = 0;      // summed over islands
+    int factorisations = 0;    // of H
+    double work = 0;           // visits of rows in solvers; a multiply-add of 6x6 blocks counts as nine
+    int cut = 0;               // islands whose solution AccuracyDef::mostWork, or a budget, cut short
+    int unconverged = 0;       // islands left above tolerance, or sinking
+    int energetic = 0;         // islands that gained energy from nothing
+    int attempts = 0;          // solutions of islands; more than `islands` where AccuracyDef asked for better ones
+    int sweptBodies = 0;       // fast bodies whose way was searched for what they would pass through
+    int heldBodies = 0;        // of those and the bodies jointed to them, held back before something
+    int unresolvedSweeps = 0;  // held back at a place that is safe but not the exact one
+    NarrowCounts narrow;
+};
+
+struct StepTimes {  // s
+    double broadPhase = 0;
+    double narrowPhase = 0;
+    double islands = 0;
+    double solve = 0;       // islands moved, measured and written back
+    double continuous = 0;  // boxes after the step, and sweeps of fast bodies
+    double total = 0;
+};
+
+enum StepFlag : std::uint32_t {
+    FlagNonFinite = 1,  // a body went non-finite and was put back to its last finite state, at rest
+    // An island's answer is above tolerance, or lets a contact sink in by over 2 mm in the step (counts.unconverged),
+    // or a joint is open by .1 m.
+    FlagUnconverged = 2,
+    FlagRepaired = 4,    // the narrow phase had to repair an answer of FCL; counts.narrow says how often
+    FlagRefused = 8,     // dt was not in (0, 1] s: nothing moved
+    FlagTolerance = 16,  // an island's error is above what AccuracyDef asks, at AccuracyDef::mostPieces
+    // An island gained energy from nothing (counts.energetic): over 1 % of its kinetic energy and what a fall by 10 cm
+    // gives.
+    FlagEnergy = 32,
+};
+
+struct StepReport {
+    double dt = 0;               // s
+    double kineticEnergy = 0;    // J, after the step
+    double potentialEnergy = 0;  // J, of gravity, after the step
+    std::uint32_t flags = 0;     // StepFlag bits
+    int effort = -1;             // that a budget allowed (AccuracyDef::effort); -1: no budget
+    double mostWork = 0;         // the bound that a budget set (AccuracyDef::mostWork); 0: none
+    StepError error;
+    StepCounts counts;
+    StepTimes times;
+    std::vector<IslandReport> islands;  // awake ones, by lowest body
+    std::vector<BodyId> nonFinite;      // the bodies behind FlagNonFinite
+
+    bool ok() const {
+        return (flags & (FlagNonFinite | FlagUnconverged | FlagRefused | FlagTolerance | FlagEnergy)) == 0;
+    }
+    std::string summary() const;  // one line in words
+};
+
+// The names of the flags that are set: "non_finite", "unconverged", "repaired", "refused", "tolerance", "energy".
+std::vector<std::string> flagNames(std::uint32_t flags);
+
+}  // namespace cairn

@@ -1,0 +1,81 @@
+// Figures as documents: what is drawn, and where.
+#include "command/studies/figure.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <regex>
+
+namespace cairn {
+namespace {
+
+// Every tag that opens is shut, in order; attributes are quoted.
+void expectWellFormed(const std::string& text) {
+    std::vector<std::string> open;
+    const std::regex tag(R"(<(/?)([a-z]+)((?: [a-zA-Z0-9-]+="[^"<>]*")*)(/?)>)");
+    std::size_t tags = 0;
+    for (auto it = std::sregex_iterator(text.begin(), text.end(), tag); it != std::sregex_iterator(); ++it, ++tags) {
+        if ((*it)[1].length() > 0) {
+            ASSERT_FALSE(open.empty());
+            EXPECT_EQ(open.back(), (*it)[2].str());
+            open.pop_back();
+        } else if ((*it)[4].length() == 0) {
+            open.push_back((*it)[2]);
+        }
+    }
+    EXPECT_TRUE(open.empty());
+    EXPECT_EQ(tags, static_cast<std::size_t>(std::count(text.begin(), text.end(), '<')));
+}
+
+// x, y of the points of the first line.
+std::vector<std::array<double, 2>> firstLine(const std::string& text) {
+    std::smatch found;
+    EXPECT_TRUE(std::regex_search(text, found, std::regex("<polyline[^>]* points=\"([^\"]*)\"")));
+    std::vector<std::array<double, 2>> points;
+    std::stringstream in(found[1]);
+    std::array<double, 2> point;
+    for (char comma = 0; in >> point[0] >> comma >> point[1];) {
+        points.push_back(point);
+    }
+    return points;
+}
+
+Figure figureOf(const Axis& x, const Axis& y, const std::vector<std::array<double, 2>>& points) {
+    return {.title = "a < b & c", .panels = {{.x = x, .y = y, .series = {{.label = "one", .points = points}}}}};
+}
+
+TEST(FigureTest, IsWellFormed) {
+    Figure figure = figureOf({.label = "x"}, {.label = "y", .logarithmic = true}, {{1, 1}, {2, 1e-3}});
+    figure.panels.push_back(figure.panels.front());
+    figure.panels.back().series.push_back({.label = "marks", .points = {{1, 2}}, .kind = SeriesKind::Marks});
+    figure.panels.back().series.push_back({.label = "dashes", .points = {{1, 2}}, .kind = SeriesKind::Dashed});
+    figure.panels.push_back({});
+    figure.columns = 2;
+    const std::string text = svg(figure);
+    expectWellFormed(text);
+    EXPECT_NE(text.find("a &lt; b &amp; c"), std::string::npos);
+}
+
+TEST(FigureTest, LogarithmicAxesAreEvenInDecades) {
+    const auto points =
+        firstLine(svg(figureOf({.logarithmic = true}, {.logarithmic = true}, {{1, 1e-4}, {10, 1e-2}, {100, 1}})));
+    ASSERT_EQ(points.size(), 3u);
+    EXPECT_NEAR(points[1][0] - points[0][0], points[2][0] - points[1][0], 0.02);
+    EXPECT_NEAR(points[1][1] - points[0][1], points[2][1] - points[1][1], 0.02);
+    EXPECT_GT(points[1][0], points[0][0]);
+    EXPECT_LT(points[1][1], points[0][1]) << "larger is higher up";
+}
+
+TEST(FigureTest, WhatIsBeyondTheAxisIsAtItsEdge) {
+    const double infinite = std::numeric_limits<double>::infinity();
+    const auto points =
+        firstLine(svg(figureOf({.least = 0, .most = 6}, {.logarithmic = true, .least = 1e-3, .most = 1},
+                               {{0, 1e-3}, {1, 1}, {2, 0}, {3, -1}, {4, 5}, {5, infinite}, {6, std::nan("")}})));
+    // The line ends where the figures are lost.
+    ASSERT_GE(points.size(), 3u);
+    EXPECT_EQ(points[2][1], points[0][1]);
+}
+
+}  // namespace
+}  // namespace cairn

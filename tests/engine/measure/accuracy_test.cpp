@@ -1,0 +1,344 @@
+// What a step says of its own error, against formulas by hand; and that tolerance and budget are obeyed.
+#include "engine/solve/budget.hpp"
+#include "tests/engine/engine_kit.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr double dt = 1.0 / 60;
+
+template <class S>
+void addTower(World<S>& world, int n, const Vec3d& foot = Vec3d::Zero(), double tolerance = 0) {
+    for (int i = 0; i < n; ++i) {
+        world.add({.shapes = {box({0.5, 0.5, 0.5})},
+                   .position = foot + Vec3d(0, 0.5 + i, 0),
+                   .mass = 1,
+                   .tolerance = tolerance});
+    }
+}
+
+// Bricks that fall onto one another between four walls.
+template <class S>
+void addHeap(World<S>& world, int n) {
+    addFloor(world);
+    for (const Vec3d& normal : {Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 0, 1), Vec3d(0, 0, -1)}) {
+        world.add({.type = BodyType::Static, .shapes = {halfSpace(normal, 0)}, .position = -1.2 * normal});
+    }
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> in(-1, 1);
+    for (int i = 0; i < n; ++i) {
+        world.add({.shapes = {box({0.4, 0.3, 0.5})},
+                   .position = Vec3d(0.4 * in(random), 1 + 1.2 * i, 0.4 * in(random)),
+                   .rotation = Quatd(in(random), in(random), in(random), in(random)).normalized(),
+                   .mass = 5 + 4 * in(random)});
+    }
+}
+
+std::vector<Posed> poses(const Worldd& world) {
+    std::vector<Posed> all;
+    for (const BodyId id : world.bodies()) {
+        all.push_back(world.pose(id));
+    }
+    return all;
+}
+
+bool equalBits(const std::vector<Posed>& a, const std::vector<Posed>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Posed& x, const Posed& y) {
+        return x.position == y.position && x.rotation.coeffs() == y.rotation.coeffs();
+    });
+}
+
+// One contact through the centre of a ball has A = 1 / m: a depth d that a sub-step of h leaves is d sqrt(m) / h.
+TEST(Accuracy, ConstraintResidualOfABallInTheFloor) {
+    const double mass = 4;
+    Worldd world(
+        {.gravity = Vec3d::Zero(), .solver = {.name = "gauss_seidel", .substeps = 1}, .maxPushOutSpeed = 0.01});
+    addFloor(world);
+    const BodyId ball = world.add({.shapes = {sphere(0.5)}, .position = {0, 0.49, 0}, .mass = mass});
+    const StepReport& report = world.step(dt);
+    const double depth = 0.5 - world.centre(ball).y();
+    EXPECT_LT(depth, 0.01);
+    expectClose("depth", report.error.maxPenetration, depth, 1e-15);
+    expectClose("position", report.error.position, depth, 1e-15);
+    expectClose("residual", report.error.residualConstraint, depth * std::sqrt(mass) / dt, 1e-12);
+    expectClose("speed of the error", report.error.velocity, (0.01 - depth) / dt, 1e-12);
+}
+
+// A joint that a ball hangs from, open by g: the gap's residual is g sqrt(m) / h, and its position error g.
+TEST(Accuracy, ConstraintResidualOfAnOpenJoint) {
+    forEachSolver([](const SolverDef& solver) {
+        Worldd world({.solver = solver});
+        const BodyId a = world.add({.type = BodyType::Static, .position = {0, 3, 0}});
+        const BodyId b = world.add({.shapes = {sphere(0.5)}, .position = {0, 3, 0}, .mass = 2});
+        world.add(BallDef{.a = a, .b = b, .anchor = {0, 3, 0}});
+        for (int i = 0; i < 30; ++i) {
+            world.step(dt);
+        }
+        const StepError& error = world.report().error;
+        const double h = dt / traitsOf(solver).substeps;
+        expectClose("position", error.position, error.maxJointGap, 1e-15);
+        expectClose("residual", error.residualConstraint, error.maxJointGap * std::sqrt(2.0) / h,
+                    1e-9 + 1e-9 * error.residualConstraint);
+    });
+}
+
+// Solvers that push both sides of a row leave no momentum unexplained; the others do as far as they are unconverged.
+TEST(Accuracy, MomentumResidualIsThatOfBodiesOnly) {
+    forEachSolver([](SolverDef solver) {
+        const auto worst = [](const SolverDef& def) {
+            Worldd world({.solver = def});
+            BodyId last = world.add({.type = BodyType::Static, .position = {0, 6, 0}});
+            for (int i = 0; i < 4; ++i) {
+                const BodyId next =
+                    world.add({.shapes = {box({0.5, 0.1, 0.2})}, .position = {i + 0.5, 6, 0}, .mass = 1});
+                world.add(BallDef{.a = last, .b = next, .anchor = {1.0 * i, 6, 0}});
+                last = next;
+            }
+            double residual = 0;
+            for (int i = 0; i < 30; ++i) {
+                residual = std::max(residual, world.step(dt).error.residualMomentum);
+            }
+            return residual;
+        };
+        const double found = worst(solver);
+        if (traitsOf(solver).balanced && solver.name != "nonlinear_gs") {
+            expectBelow(solver.name + ": residual, root J", found, 1e-12);
+        } else if (solver.name == "vbd") {
+            EXPECT_GT(found, 1e-6);
+            solver.iterations = 400;
+            expectBelow("vbd, converged", worst(solver), 1e-3 * found);
+        }
+    });
+}
+
+TEST(Accuracy, WhatSlidesObeysCoulomb) {
+    for (const char* const name : {"direct", "gauss_seidel", "nncg"}) {
+        SCOPED_TRACE(name);
+        Worldd world({.solver = {.name = name}, .accuracy = {.coulomb = true}});
+        addFloor(world);
+        world.add({.shapes = {box({0.5, 0.5, 0.5})}, .position = {0, 0.5, 0}, .linearVelocity = {3, 0, 0}, .mass = 1});
+        double worst = 0;
+        double cone = 0;
+        for (int i = 0; i < 20; ++i) {
+            const StepError& error = world.step(dt).error;
+            ASSERT_TRUE(error.residualCoulomb.has_value());
+            worst = i < 10 ? 0 : std::max(worst, *error.residualCoulomb);
+            cone = std::max(cone, error.coneViolation);
+        }
+        expectBelow("Coulomb residual, root J, of 3 m/s on 1 kg", worst, 2.3e-4);
+        expectBelow("cone, N", cone, 1e-12);
+    }
+}
+
+TEST(Accuracy, ToleranceIsKeptInAFallingHeap) {
+    const auto run = [](double position, int& flagged, std::int64_t& pieces) {
+        Worldd world({.accuracy = {.position = position}});
+        addHeap(world, 12);
+        double worst = 0;
+        for (int i = 0; i < 150; ++i) {
+            const StepReport& report = world.step(dt);
+            for (const IslandReport& island : report.islands) {
+                pieces += island.pieces;
+            }
+            if ((report.flags & FlagTolerance) != 0) {
+                ++flagged;
+            } else {
+                worst = std::max(worst, report.error.position);
+            }
+        }
+        return worst;
+    };
+    int flagged = 0;
+    std::int64_t few = 0;
+    EXPECT_GT(run(0, flagged, few), 5e-3);
+    EXPECT_EQ(flagged, 0);
+    for (const double asked : {5e-3, 1e-3}) {
+        std::int64_t pieces = 0;
+        const double reached = run(asked, flagged, pieces);
+        EXPECT_LE(reached, asked);
+        EXPECT_GT(pieces, few);
+        EXPECT_LE(flagged, 3);
+    }
+}
+
+TEST(Accuracy, ToleranceGivesTheSameBitsForAnyThreadCount) {
+    std::vector<std::vector<Posed>> ends;
+    for (const int threads : {1, 3}) {
+        Worldd world({.accuracy = {.position = 2e-3}, .threads = threads});
+        addHeap(world, 6);
+        addTower(world, 3, {20, 0, 0});
+        for (int i = 0; i < 60; ++i) {
+            world.step(dt);
+        }
+        ends.push_back(poses(world));
+    }
+    EXPECT_TRUE(equalBits(ends[0], ends[1]));
+}
+
+// Of two equal towers, only the one that asks is solved again.
+TEST(Accuracy, ABodysToleranceRaisesItsOwnIslandAlone) {
+    Worldd world({.solver = {.name = "gauss_seidel"}});
+    addFloor(world);
+    addTower(world, 5);
+    addTower(world, 5, {10, 0, 0}, 1e-5);
+    std::array<int, 2> pieces = {0, 0};
+    for (int i = 0; i < 30; ++i) {
+        const StepReport& report = world.step(dt);
+        ASSERT_EQ(report.islands.size(), 2U);
+        for (std::size_t k = 0; k < 2; ++k) {
+            pieces[k] = std::max(pieces[k], report.islands[k].pieces);
+        }
+    }
+    EXPECT_EQ(pieces[0], 1);
+    EXPECT_GT(pieces[1], 1);
+    EXPECT_LE(world.report().islands[1].position, 1e-5);
+}
+
+TEST(Accuracy, BodiesAndContactsNameTheWorst) {
+    Worldd world({.solver = {.name = "vbd"}});
+    addFloor(world);
+    addTower(world, 4);
+    for (int i = 0; i < 30; ++i) {
+        world.step(dt);
+    }
+    const StepError& error = world.report().error;
+    const std::vector<BodyErrorView> bodies = world.bodyErrors();
+    ASSERT_EQ(bodies.size(), 4U);
+    double worst = 0;
+    double momentum = 0;
+    for (const BodyErrorView& body : bodies) {
+        worst = std::max(worst, body.position);
+        momentum += body.residualMomentum * body.residualMomentum;
+    }
+    EXPECT_DOUBLE_EQ(worst, error.position);
+    EXPECT_DOUBLE_EQ(bodies.front().position, worst);  // the floor bears all four
+    EXPECT_GT(momentum, 0);
+    double contact = 0;
+    for (const ContactView& view : world.contacts()) {
+        contact = std::max(contact, view.error);
+    }
+    EXPECT_DOUBLE_EQ(contact, error.position);
+}
+
+TEST(Accuracy, WhatCannotBeReachedIsFlagged) {
+    Worldd world({.solver = {.name = "gauss_seidel"}, .accuracy = {.position = 1e-9, .mostPieces = 2}});
+    addFloor(world);
+    addTower(world, 3);
+    const StepReport& report = world.step(dt);
+    EXPECT_EQ(report.flags & FlagTolerance, static_cast<std::uint32_t>(FlagTolerance));
+    EXPECT_FALSE(report.ok());
+    EXPECT_GT(report.islands.at(0).overTolerance, 1);
+    EXPECT_NE(report.summary().find("times what was asked"), std::string::npos);
+}
+
+TEST(Accuracy, EffortsTakenAgainGiveTheSameBits) {
+    std::vector<BudgetChoice> choices;
+    std::vector<Posed> end;
+    {
+        Worldd world({.accuracy = {.budget = 1e-3}});
+        addHeap(world, 8);
+        for (int i = 0; i < 60; ++i) {
+            const StepReport& report = world.step(dt);
+            choices.push_back({report.effort, report.mostWork});
+        }
+        end = poses(world);
+    }
+    Worldd again;
+    addHeap(again, 8);
+    for (const BudgetChoice& choice : choices) {
+        again.setAccuracy({.effort = choice.effort, .mostWork = choice.mostWork});
+        EXPECT_EQ(again.step(dt).effort, choice.effort);
+    }
+    EXPECT_TRUE(equalBits(poses(again), end));
+}
+
+// What lands takes several times the rounds of the step before: those are what is cut, and by count.
+TEST(Accuracy, WorkIsBoundedAndBitsDoNotDependOnThreads) {
+    std::vector<Posed> end;
+    double free = 0;
+    double worst = 0;
+    for (const int threads : {1, 2}) {
+        for (const double mostWork : {0.0, 2e4}) {
+            Worldd world({.accuracy = {.mostWork = mostWork}, .threads = threads});
+            addHeap(world, 16);
+            int cut = 0;
+            for (int i = 0; i < 180; ++i) {
+                const StepReport& report = world.step(dt);
+                cut += report.counts.cut;
+                if (mostWork == 0) {
+                    free = std::max(free, report.counts.work);
+                    EXPECT_EQ(report.counts.cut, 0);
+                } else {
+                    worst = std::max(worst, report.counts.work);
+                }
+            }
+            if (mostWork > 0) {
+                EXPECT_GT(cut, 0);
+                EXPECT_TRUE(end.empty() || equalBits(poses(world), end));
+                end = poses(world);
+            }
+        }
+    }
+    EXPECT_GT(free, 4 * 2e4);
+    expectBelow("work over what was allowed", worst / 2e4, 1.08);
+}
+
+TEST(Accuracy, MoreEffortErrsLess) {
+    std::vector<double> errors;
+    for (const int effort : {0, 2, 5, 9}) {
+        Worldd world({.accuracy = {.effort = effort}});
+        addHeap(world, 12);
+        double sum = 0;
+        for (int i = 0; i < 150; ++i) {
+            sum += world.step(dt).error.position;
+        }
+        errors.push_back(sum / 150);
+    }
+    for (std::size_t k = 1; k < errors.size(); ++k) {
+        expectBelow("mean error over that of less effort", errors[k] / errors[k - 1], 0.7);
+    }
+}
+
+TEST(Accuracy, BudgetPicksTheHighestRungThatFits) {
+    BudgetKeeper keeper;
+    const auto cost = [](int rung) { return 3e-4 * std::pow(1.7, rung); };  // s of a solve
+    const BudgetLoad load{.moving = 3000};
+    constexpr double visit = 5e-8;  // s a counted visit
+    const double rest = 1e-3;
+    BudgetChoice choice;
+    for (int step = 0; step < 400; ++step) {
+        choice = keeper.choose(0.01, load);
+        const double solve = cost(choice.effort);
+        keeper.learn(choice.effort, load, {.work = solve / visit, .solve = solve, .rest = rest});
+        EXPECT_LE(rest + cost(choice.effort), 0.01);
+    }
+    EXPECT_GE(rest + cost(choice.effort + 2), 0.7 * 0.01);
+    EXPECT_LE(rest + choice.mostWork * visit, 0.01);
+    EXPECT_GE(rest + choice.mostWork * visit, 0.8 * 0.01);
+    EXPECT_EQ(keeper.choose(0, load).effort, 0);
+}
+
+TEST(Accuracy, BadRequestsAreRefusedByName) {
+    const auto refused = [](const WorldDef& def, const std::string& field) {
+        try {
+            const Worldd world(def);
+            ADD_FAILURE() << field << " was taken";
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find(field), std::string::npos) << error.what();
+        }
+    };
+    refused({.accuracy = {.position = -1}}, "accuracy.position");
+    refused({.accuracy = {.velocity = std::nan("")}}, "accuracy.velocity");
+    refused({.accuracy = {.mostPieces = 0}}, "accuracy.mostPieces");
+    refused({.accuracy = {.budget = -1}}, "accuracy.budget");
+    refused({.accuracy = {.effort = 12}}, "accuracy.effort");
+    refused({.accuracy = {.mostWork = -1}}, "accuracy.mostWork");
+    refused({.solver = {.name = "nncg"}, .accuracy = {.mostWork = 1e5}}, "accuracy.mostWork");
+    refused({.solver = {.name = "nncg"}, .accuracy = {.effort = 3}}, "accuracy.effort");
+    refused({.solver = {.name = "direct"}, .accuracy = {.budget = 1e-3}}, "accuracy.budget");
+    Worldd world;
+    EXPECT_THROW(world.add({.shapes = {sphere(1)}, .tolerance = -1}), InputError);
+}
+
+}  // namespace
+}  // namespace cairn

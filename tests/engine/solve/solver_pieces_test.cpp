@@ -1,0 +1,331 @@
+// The parts that solvers are made of, each against an independent computation.
+#include "engine/constraints/contact.hpp"
+#include "engine/solve/newton/newton.hpp"
+#include "tests/engine/engine_kit.hpp"
+
+#include <Eigen/Cholesky>
+
+#include <set>
+
+namespace cairn {
+namespace {
+
+using Dense = Eigen::MatrixXd;
+using DenseVector = Eigen::VectorXd;
+
+template <class S>
+class SolverPieces : public testing::Test {};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(SolverPieces, Scalars);
+
+using Edge = std::array<int, 2>;
+
+std::vector<Edge> randomEdges(TestRandom& random, int nodes, int wanted) {
+    std::set<Edge> edges;
+    for (int k = 0; nodes > 1 && k < wanted; ++k) {
+        const int a = static_cast<int>(random.uniform(0, nodes));
+        const int b = static_cast<int>(random.uniform(0, nodes));
+        if (a != b) {
+            edges.insert({std::min(a, b), std::max(a, b)});
+        }
+    }
+    return {edges.begin(), edges.end()};
+}
+
+template <class S>
+Mat6<S> randomBlock(TestRandom& random) {
+    Mat6<S> m;
+    for (int i = 0; i < 36; ++i) {
+        m(i) = static_cast<S>(random.uniform(-1, 1));
+    }
+    return m;
+}
+
+TYPED_TEST(SolverPieces, BlockCholeskyAgreesWithDense) {
+    using S = TypeParam;
+    TestRandom random(1);
+    BlockCholesky<S> factor;
+    double worst = 0;
+    for (int trial = 0; trial < 60; ++trial) {
+        const int nodes = 1 + static_cast<int>(random.uniform(0, 25));
+        const std::vector<Edge> edges = randomEdges(random, nodes, trial % 4 * nodes);
+        Dense H = Dense::Zero(6 * nodes, 6 * nodes);
+        factor.analyse(nodes, edges);
+        // The second matrix on the same pattern must not remember the first.
+        for (int repeat = 0; repeat < 2; ++repeat) {
+            H.setZero();
+            factor.setZero();
+            std::vector<int> degree(static_cast<std::size_t>(nodes), 0);
+            for (std::size_t e = 0; e < edges.size(); ++e) {
+                const Mat6<S> block = randomBlock<S>(random);
+                const auto [i, j] = edges[e];
+                factor.addEdge(e, block);
+                H.block<6, 6>(6 * i, 6 * j) += block.template cast<double>();
+                H.block<6, 6>(6 * j, 6 * i) += block.template cast<double>().transpose();
+                ++degree[static_cast<std::size_t>(i)];
+                ++degree[static_cast<std::size_t>(j)];
+            }
+            for (int i = 0; i < nodes; ++i) {
+                const Mat6<S> half = randomBlock<S>(random);
+                const Mat6<S> block =
+                    half * half.transpose() +
+                    S(6) * static_cast<S>(1 + degree[static_cast<std::size_t>(i)]) * Mat6<S>::Identity();
+                factor.addDiagonal(i, block);
+                H.block<6, 6>(6 * i, 6 * i) += block.template cast<double>();
+            }
+            ASSERT_TRUE(factor.factor());
+            DenseVector right(6 * nodes);
+            std::vector<Vec6<S>> x(static_cast<std::size_t>(nodes));
+            for (int i = 0; i < nodes; ++i) {
+                Vec6<S>& part = x[static_cast<std::size_t>(i)];
+                part << random.vector(1).cast<S>(), random.vector(1).cast<S>();
+                right.segment<6>(6 * i) = part.template cast<double>();
+            }
+            factor.solve(x);
+            const DenseVector expected = H.llt().solve(right);
+            for (int i = 0; i < nodes; ++i) {
+                const Vec6<double> mine = x[static_cast<std::size_t>(i)].template cast<double>();
+                worst = std::max(worst, (mine - expected.segment<6>(6 * i)).norm() / expected.norm());
+            }
+        }
+    }
+    expectBelow("block Cholesky, relative error", worst, std::is_same_v<S, float> ? 2e-6 : 5e-15);
+}
+
+TYPED_TEST(SolverPieces, BlockCholeskyRefusesAnIndefiniteMatrix) {
+    using S = TypeParam;
+    BlockCholesky<S> factor;
+    factor.analyse(2, {{0, 1}});
+    factor.setZero();
+    factor.addDiagonal(0, Mat6<S>::Identity());
+    factor.addDiagonal(1, Mat6<S>::Identity());
+    factor.addEdge(0, S(2) * Mat6<S>::Identity());
+    EXPECT_FALSE(factor.factor());
+}
+
+TYPED_TEST(SolverPieces, BlockCholeskyOfAChainIsLinear) {
+    using S = TypeParam;
+    const auto workOf = [](int nodes) {
+        std::vector<Edge> edges;
+        for (int i = 0; i + 1 < nodes; ++i) {
+            edges.push_back({i, i + 1});
+        }
+        BlockCholesky<S> factor;
+        factor.analyse(nodes, edges);
+        EXPECT_EQ(factor.blocks(), edges.size()) << "a chain needs no fill-in";
+        return factor.work();
+    };
+    EXPECT_NEAR(workOf(400) / workOf(100), 4, 0.1);
+}
+
+// A random contact problem: `count` boxes of about a metre, one fixed body, and contact points between them.
+template <class S>
+Island<S> randomContacts(TestRandom& random, int count, int points, double mu, double ratio) {
+    Island<S> island;
+    for (int i = 0; i < count; ++i) {
+        SolverBody<S>& body = island.bodies.emplace_back();
+        body.pose.position = random.vector(1).cast<S>();
+        body.mass = static_cast<S>(i % 2 == 0 ? 1 : ratio);
+        body.inverseMass = S(1) / body.mass;
+        const Vec3d moments(random.uniform(0.1, 0.2), random.uniform(0.1, 0.2), random.uniform(0.1, 0.2));
+        body.localInertia = body.mass * moments.cast<S>().asDiagonal().toDenseMatrix();
+        body.localInverseInertia = body.localInertia.inverse();
+        body.refreshInertia();
+        body.v << random.vector(1).cast<S>(), random.vector(1).cast<S>();
+        body.vBefore = body.v;
+    }
+    SolverBody<S>& ground = island.bodies.emplace_back();
+    ground.fixed = true;
+    for (int k = 0; k < points; ++k) {
+        RowBlock<S>& block = island.blocks.emplace_back();
+        block.b = static_cast<int>(random.uniform(0, count));
+        do {
+            block.a = static_cast<int>(random.uniform(0, count + 1));
+        } while (block.a == block.b);
+        block.kind = BlockKind::Contact;
+        block.friction = static_cast<S>(mu);
+        block.staticFriction = block.friction;
+        block.first = static_cast<int>(island.rows.size());
+        RowWriter<S> writer(island.rows, block);
+        const Pose<S>& a = island.bodies[static_cast<std::size_t>(block.a)].pose;
+        const Pose<S>& b = island.bodies[static_cast<std::size_t>(block.b)].pose;
+        // Normals lean upwards and away from the ground, so that the contacts do not wedge the bodies.
+        Vec3d n = random.direction();
+        n.y() = std::abs(n.y()) + 0.5;
+        const Vec3<S> point = b.position + random.vector(0.5).cast<S>();
+        linearizeContact(ContactGeometry<S>{point - a.position, point - b.position, n.normalized().cast<S>()}, a, b,
+                         true, writer);
+    }
+    island.respond();
+    return island;
+}
+
+// Twists by projected Gauss-Seidel in double on the dense matrix J M^-1 J^T, until nothing moves any more.
+std::vector<Vec6<double>> denseReference(const Island<double>& island, const std::vector<double>& bias, double mu) {
+    const Eigen::Index rows = static_cast<Eigen::Index>(island.rows.size());
+    const Eigen::Index size = static_cast<Eigen::Index>(6 * island.bodies.size());
+    Dense J = Dense::Zero(rows, size);
+    Dense inverseMass = Dense::Zero(size, size);
+    DenseVector v(size);
+    for (const RowBlock<double>& block : island.blocks) {
+        for (int r = block.first; r < block.first + block.count; ++r) {
+            const Row<double>& row = island.rows[static_cast<std::size_t>(r)];
+            J.block<1, 6>(r, 6 * block.a) = row.a.transpose();
+            J.block<1, 6>(r, 6 * block.b) = row.b.transpose();
+        }
+    }
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        const Eigen::Index k = 6 * static_cast<Eigen::Index>(i);
+        v.segment<6>(k) = island.bodies[i].v;
+        if (!island.bodies[i].fixed) {
+            inverseMass.block<3, 3>(k, k) = Mat3d::Identity() / island.bodies[i].mass;
+            inverseMass.block<3, 3>(k + 3, k + 3) = island.bodies[i].inertia.inverse();
+        }
+    }
+    const Dense A = J * inverseMass * J.transpose();
+    const DenseVector free = J * v + Eigen::Map<const DenseVector>(bias.data(), rows);
+    DenseVector p = DenseVector::Zero(rows);
+    for (int sweep = 0; sweep < 200000; ++sweep) {
+        double change = 0;
+        for (Eigen::Index i = 0; i < rows; i += 3) {
+            const Eigen::Vector3d before = p.segment<3>(i);
+            p(i) = std::max(0.0, p(i) - (free(i) + A.row(i).dot(p)) / A(i, i));
+            // One step width for both tangents, so that the direction of sliding is not bent.
+            const double width = std::max(A(i + 1, i + 1), A(i + 2, i + 2));
+            Eigen::Vector2d t =
+                p.segment<2>(i + 1) - (free.segment<2>(i + 1) + A.middleRows<2>(i + 1) * p) / width / 1.5;
+            const double most = mu * p(i);
+            if (t.norm() > most) {
+                t *= most / t.norm();
+            }
+            p.segment<2>(i + 1) = t;
+            change = std::max(change, (p.segment<3>(i) - before).cwiseAbs().maxCoeff());
+        }
+        if (change < 1e-14) {
+            break;
+        }
+    }
+    const DenseVector answer = v + inverseMass * J.transpose() * p;
+    std::vector<Vec6<double>> twists;
+    for (Eigen::Index i = 0; i < size; i += 6) {
+        twists.push_back(answer.segment<6>(i));
+    }
+    return twists;
+}
+
+struct NewtonErrors {
+    double twist = 0;    // against the dense reference
+    double coulomb = 0;  // m/s: distance of the answer from Coulomb's law
+};
+
+// Nearest point of the cone |p_t| <= mu p_n.
+Vec3d nearestOnCone(const Vec3d& p, double mu) {
+    const double t = std::hypot(p.y(), p.z());
+    if (t <= mu * p.x()) {
+        return p;
+    }
+    if (mu * t <= -p.x()) {
+        return Vec3d::Zero();
+    }
+    const double n = (p.x() + mu * t) / (1 + mu * mu);
+    return {n, mu * n * p.y() / t, mu * n * p.z() / t};
+}
+
+NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, double ratio) {
+    TestRandom random(seed);
+    Island<double> island = randomContacts<double>(random, bodies, points, mu, ratio);
+    ContactNewton<double> newton;
+    newton.prepare(island);
+    std::vector<double> bias(island.rows.size(), 0.0);
+    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+        newton.problem.friction[k] = mu;
+        for (std::size_t r = 0; r < 3; ++r) {
+            const std::size_t i = static_cast<std::size_t>(island.blocks[k].first) + r;
+            bool hard = false;
+            newton.problem.terms[i] =
+                rowTerms(island.rows[i], island.mobility(island.rows[i], island.blocks[k]), 1.0, hard);
+            newton.problem.p[i] = 0;
+            if (r == 0) {
+                bias[i] = newton.problem.terms[i].bias = random.uniform(-0.2, 0.5);
+            }
+        }
+    }
+    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        newton.vStar[i] = island.bodies[i].v;
+    }
+    NewtonOptions options;
+    options.regularisation = 1e-4;
+    options.leastRegularisation = 1e-9;
+    options.tolerance = 1e-10;
+    options.liftTolerance = 1e-9;
+    options.maxRounds = 1000;
+    const NewtonReport report = newton.solve(island, options);
+    EXPECT_TRUE(report.converged) << "seed " << seed;
+
+    NewtonErrors errors;
+    const std::vector<Vec6<double>> expected = denseReference(island, bias, mu);
+    std::vector<Vec6<double>> pushed;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        errors.twist = std::max(errors.twist, (newton.problem.v[i] - expected[i]).norm());
+        pushed.push_back(island.bodies[i].v);
+    }
+    // Coulomb's law as De Saxce's complementarity: p is nearest in the cone to p - rho (u_n + mu |u_t|, u_t).
+    for (const RowBlock<double>& block : island.blocks) {
+        Vec3d p;
+        Vec3d u;
+        double mobility = 0;
+        for (int r = 0; r < 3; ++r) {
+            const std::size_t i = static_cast<std::size_t>(block.first + r);
+            const Row<double>& row = island.rows[i];
+            p(r) = newton.problem.p[i];
+            u(r) = newton.problem.rowVelocity(row, block) + bias[i];
+            mobility = std::max(mobility, island.mobility(row, block));
+            pushed[static_cast<std::size_t>(block.a)] +=
+                island.bodies[static_cast<std::size_t>(block.a)].applyInverseMass(row.a * p(r));
+            pushed[static_cast<std::size_t>(block.b)] +=
+                island.bodies[static_cast<std::size_t>(block.b)].applyInverseMass(row.b * p(r));
+        }
+        u.x() += mu * std::hypot(u.y(), u.z());
+        errors.coulomb = std::max(errors.coulomb, mobility * (p - nearestOnCone(p - u / mobility, mu)).norm());
+    }
+    for (std::size_t i = 0; i < pushed.size(); ++i) {
+        EXPECT_LE((pushed[i] - newton.problem.v[i]).norm(), 1e-12) << "v = v* + M^-1 J^T p";
+    }
+    return errors;
+}
+
+TEST(ContactNewtonTest, FrictionlessAnswersAgreeWithDenseReference) {
+    NewtonErrors worst;
+    for (unsigned seed = 0; seed < 40; ++seed) {
+        const NewtonErrors e = newtonErrors(seed, 1 + static_cast<int>(seed % 5), 2 + static_cast<int>(seed % 9), 0,
+                                            seed % 3 == 0 ? 100 : 1);
+        worst.twist = std::max(worst.twist, e.twist);
+        worst.coulomb = std::max(worst.coulomb, e.coulomb);
+    }
+    expectBelow("frictionless, worst twist", worst.twist, 1e-7);
+    expectBelow("frictionless, complementarity, m/s", worst.coulomb, 1e-9);
+}
+
+// With one or two contacts Coulomb's law has one answer.
+TEST(ContactNewtonTest, FrictionalAnswersAgreeWithDenseReference) {
+    double worst = 0;
+    for (unsigned seed = 100; seed < 140; ++seed) {
+        worst = std::max(worst, newtonErrors(seed, 1 + static_cast<int>(seed % 2), 1 + static_cast<int>(seed % 2), 0.3,
+                                             seed % 3 == 0 ? 100 : 1)
+                                    .twist);
+    }
+    expectBelow("with friction, worst twist", worst, 1e-5);
+}
+
+TEST(ContactNewtonTest, FrictionalAnswersObeyCoulombsLaw) {
+    double worst = 0;
+    for (unsigned seed = 200; seed < 240; ++seed) {
+        worst = std::max(worst, newtonErrors(seed, 1 + static_cast<int>(seed % 4), 1 + static_cast<int>(seed % 6), 0.5,
+                                             seed % 3 == 0 ? 100 : 1)
+                                    .coulomb);
+    }
+    expectBelow("distance from Coulomb's law, m/s", worst, 8e-5);
+}
+
+}  // namespace
+}  // namespace cairn
