@@ -65,7 +65,7 @@ TEST(SlotTableDeathTest, removingTwiceEndsTheProgram) {
     Things things;
     const ThingId id = things.add("a");
     things.remove(id);
-    EXPECT_DEATH(things.remove(id), "id.hpp:[0-9]+: check failed: contains\\(id\\) \\(stale id\\)");
+    EXPECT_DEATH(things.remove(id), "slot_table.hpp:[0-9]+: check failed: contains\\(id\\) \\(stale id\\)");
 }
 
 }  // namespace
