@@ -26,7 +26,15 @@ struct Joint {
     std::vector<S> compliance;  // of each row; empty: rigid
     std::vector<S> damping;
     std::vector<S> lambda;  // N or N m, of each row after the last step
+    // N s and N m s over the last step, all its sub-steps and impacts: on a and on b about their centres of mass; of a
+    // joint between particles on a and b, and on c and d.
+    Vec6<S> impulseA = Vec6<S>::Zero();
+    Vec6<S> impulseB = Vec6<S>::Zero();
 
+    void beginStep() {
+        impulseA.setZero();
+        impulseB.setZero();
+    }
     BodyId body(int k) const { return k == 0 ? a : k == 1 ? b : k == 2 ? c : d; }
     int bodyCount() const { return c == BodyId{} ? 2 : d == BodyId{} ? 3 : 4; }
 

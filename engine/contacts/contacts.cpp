@@ -139,6 +139,36 @@ double approach(const PairSide<S>& a, const PairSide<S>& b, const Vec3d& n) {
 }  // namespace
 
 template <class S>
+void PairContacts<S>::beginStep() {
+    ended.clear();
+    for (ContactPatch<S>& patch : patches) {
+        for (ContactPointState<S>& point : patch.points) {
+            point.impulse.setZero();
+            point.normalImpulse = S(0);
+        }
+    }
+}
+
+template <class S>
+void PairContacts<S>::endPoints(const ContactPatch<S>& patch, const Pose<S>& a, const Pose<S>& b) {
+    for (const ContactPointState<S>& point : patch.points) {
+        if (point.handedOn || point.impulse.isZero(S(0))) {
+            continue;
+        }
+        EndedContact& end = ended.emplace_back();
+        end.point = (S(0.5) * (a * point.geometry.onA + b * point.geometry.onB)).template cast<double>();
+        end.normal = point.geometry.direction(a, b).template cast<double>();
+        end.impulse = point.impulse.template cast<double>();
+        end.normalImpulse = static_cast<double>(point.normalImpulse);
+        end.shapeA = patch.manifold.shapeA;
+        end.shapeB = patch.manifold.shapeB;
+        end.friction = static_cast<double>(patch.friction);
+        end.staticFriction = static_cast<double>(patch.staticFriction);
+        end.restitution = static_cast<double>(patch.restitution);
+    }
+}
+
+template <class S>
 bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
                  NarrowCounts& counts) {
     const Posed frameA = a.frame();
@@ -151,6 +181,11 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         const double moved = movedSince(pair, aFromB, *a.body, *b.body);
         if (moved <= stillBound(pair, reach.still, std::min(a.body->radius, b.body->radius)) &&
             moved + ahead <= pair.margin) {
+            for (ContactPatch<S>& patch : pair.patches) {
+                for (std::size_t k = 0; k < static_cast<std::size_t>(patch.known); ++k) {
+                    patch.points[k].separation = patch.points[k].geometry.separation(a.pose, b.pose);
+                }
+            }
             return false;
         }
     }
@@ -182,6 +217,14 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         const Vec3d normalInB = relativePose(frameB, frameA).rotation * manifold.normal;
         patches.push_back(makePatch(manifold, *a.body, *b.body, normalInB, before));
     }
+    for (const ContactPatch<S>& old : pair.patches) {
+        pair.endPoints(old, a.pose, b.pose);
+    }
+    for (ContactPatch<S>& patch : patches) {
+        for (ContactPointState<S>& point : patch.points) {
+            point.geometry.startStep(a.pose, b.pose);
+        }
+    }
     pair.before = std::move(pair.patches);
     pair.patches = std::move(patches);
     pair.aFromB = aFromB;
@@ -192,19 +235,32 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
 
 template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const ContactReach& reach,
-                             JobSystem& jobs) {
+                             JobSystem& jobs, bool onlyChanged) {
+    const auto drop = [&](PairContacts<S>& pair) {
+        const Pose<S>& a = bodies[pair.pair.a].pose;
+        const Pose<S>& b = bodies[pair.pair.b].pose;
+        for (const ContactPatch<S>& patch : pair.patches) {
+            pair.endPoints(patch, a, b);
+        }
+        if (!pair.ended.empty()) {
+            gone_.push_back(std::move(pair));
+        }
+    };
     next_.clear();
     next_.reserve(near.size());
     auto old = pairs_.begin();
     for (const ProxyPair& pair : near) {
         while (old != pairs_.end() && old->pair < pair) {
-            ++old;
+            drop(*old++);
         }
         if (old != pairs_.end() && old->pair == pair) {
-            next_.push_back(std::move(*old));
+            next_.push_back(std::move(*old++));
         } else {
             next_.emplace_back().pair = pair;
         }
+    }
+    while (old != pairs_.end()) {
+        drop(*old++);
     }
     pairs_.swap(next_);
 
@@ -214,7 +270,9 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
         PairContacts<S>& pair = pairs_[i];
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
-        const bool moves = (a.awake && a.def.type != BodyType::Static) || (b.awake && b.def.type != BodyType::Static);
+        const bool moves =
+            onlyChanged ? a.changed || b.changed
+                        : (a.awake && a.def.type != BodyType::Static) || (b.awake && b.def.type != BodyType::Static);
         if (moves || !pair.made) {
             const bool anew = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, countsOf_[i]);
             isCarried_[i] = anew ? 0 : 1;
@@ -224,6 +282,9 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
     for (PairContacts<S>& pair : pairs_) {
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
+        if (onlyChanged && !a.changed && !b.changed) {
+            continue;
+        }
         addGroundPair<S>(ground_, pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w});
     }
     closeSeams(ground_, jobs);
@@ -239,6 +300,8 @@ void ContactTable<S>::forget(ProxyId body) {
     std::erase_if(pairs_, [&](const PairContacts<S>& p) { return p.pair.a == body || p.pair.b == body; });
 }
 
+template struct PairContacts<float>;
+template struct PairContacts<double>;
 template bool collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&, const ContactReach&,
                           NarrowCounts&);
 template bool collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&, const ContactReach&,

@@ -16,6 +16,9 @@ struct ContactPointState {
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
     // m, world axes: how far b has slipped against a while it should have stuck, where the solver keeps account of it
     Vec3<S> slip = Vec3<S>::Zero();
+    // N s over the step, all its sub-steps and impacts: on b, world axes; and of it along the normal.
+    Vec3<S> impulse = Vec3<S>::Zero();
+    S normalImpulse = 0;
     bool handedOn = false;  // whether a point of the next manifold has taken over the forces
 };
 
@@ -30,6 +33,20 @@ struct ContactPatch {
     std::array<ContactPointState<S>, 4> points;
 };
 
+// A point that gave an impulse in the step and is no contact any more at its end: what bounced, slid off or broke
+// loose.
+struct EndedContact {
+    Vec3d point = Vec3d::Zero();  // m, world, when last seen
+    Vec3d normal = Vec3d::UnitY();
+    Vec3d impulse = Vec3d::Zero();  // N s, on b
+    double normalImpulse = 0;
+    std::uint32_t shapeA = 0;
+    std::uint32_t shapeB = 0;
+    double friction = 0;
+    double staticFriction = 0;
+    double restitution = 0;
+};
+
 template <class S>
 struct PairContacts {
     ProxyPair pair;  // a < b, indices of bodies
@@ -39,6 +56,12 @@ struct PairContacts {
     bool made = false;
     std::vector<ContactPatch<S>> patches;
     std::vector<ContactPatch<S>> before;  // those that were replaced in this step
+    std::vector<EndedContact> ended;      // of this step
+
+    // No impulse has been given yet.
+    void beginStep();
+    // Notes the points of a patch that gave an impulse and hand nothing on.
+    void endPoints(const ContactPatch<S>& patch, const Pose<S>& a, const Pose<S>& b);
 };
 
 // How far apart contacts are looked for: `margin` (m), and further where two bodies can close a gap within `dt` (s).
@@ -80,20 +103,25 @@ struct GroundPair {
 template <class S>
 class ContactTable {
 public:
-    // Follows the sorted list of near pairs and runs the narrow phase where a pair moved.
+    // Follows the sorted list of near pairs and runs the narrow phase where a pair moved; with `onlyChanged`, where a
+    // body has changed between two steps (Body::changed).
     void update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const ContactReach& reach,
-                JobSystem& jobs);
+                JobSystem& jobs, bool onlyChanged = false);
+    // Forgets the pairs that came apart in the last step.
+    void beginStep() { gone_.clear(); }
     void forget(ProxyId body);  // the body or its shapes are gone
 
     std::vector<PairContacts<S>>& pairs() { return pairs_; }
     const std::vector<PairContacts<S>>& pairs() const { return pairs_; }
-    const NarrowCounts& counts() const { return counts_; }  // of the last update
-    int carried() const { return carried_; }                // pairs that kept their manifolds in it though awake
+    const std::vector<PairContacts<S>>& gone() const { return gone_; }  // came apart in this step, after an impulse
+    const NarrowCounts& counts() const { return counts_; }              // of the last update
+    int carried() const { return carried_; }  // pairs that kept their manifolds in it though awake
 
 private:
     std::vector<PairContacts<S>> pairs_;  // sorted
     // Room for update().
     std::vector<PairContacts<S>> next_;
+    std::vector<PairContacts<S>> gone_;
     std::vector<NarrowCounts> countsOf_;  // by pair
     std::vector<std::uint8_t> isCarried_;
     std::vector<GroundPair<S>> ground_;

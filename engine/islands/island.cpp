@@ -85,6 +85,8 @@ void Island<S>::clear() {
     keep(fresh.blocks, blocks);
     keep(fresh.responses, responses);
     keep(fresh.pointOfBlock_, pointOfBlock_);
+    keep(fresh.given_, given_);
+    keep(fresh.impacts_, impacts_);
     *this = std::move(fresh);
 }
 
@@ -120,6 +122,7 @@ void Island<S>::collectPatches() {
 
 template <class S>
 void Island<S>::predict(S h) {
+    impacts_.clear();
     for (SolverBody<S>& body : bodies) {
         body.vBefore = body.v;
         body.outside.setZero();
@@ -352,7 +355,41 @@ void Island<S>::integrate(S h) {
 }
 
 template <class S>
-void Island<S>::storeLambda() {
+void Island<S>::handImpulsesOn() {
+    if (given_.empty()) {
+        return;
+    }
+    const Given* given = given_.data();
+    for (const JointLink& link : joints) {
+        link.joint->impulseA += given->a;
+        link.joint->impulseB += given->b;
+        ++given;
+    }
+    given += locks.size();
+    for (const PatchLink& link : patches) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
+            link.patch->points[k].impulse += given->b.template head<3>();
+            link.patch->points[k].normalImpulse += given->normal;
+            ++given;
+        }
+    }
+    given_.clear();
+}
+
+template <class S>
+void Island<S>::storeLambda(S h) {
+    given_.resize(blocks.size());
+    for (std::size_t k = 0; k < blocks.size(); ++k) {
+        for (int r = 0; r < blocks[k].count; ++r) {
+            const Row<S>& row = rows[static_cast<std::size_t>(blocks[k].first + r)];
+            if (row.lambda != S(0)) {
+                given_[k] += given(k, row, h * row.lambda);
+            }
+        }
+    }
+    for (const auto& [block, impact] : impacts_) {
+        given_[block] += impact;
+    }
     std::size_t next = 0;
     for (const JointLink& link : joints) {
         const RowBlock<S>& block = blocks[next++];

@@ -37,7 +37,6 @@ struct SolverBody {
     S unexplained = -1;    // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows explain;
                            // -1: not looked at in this step
     double tolerance = 0;  // m, BodyDef::tolerance
-    Vec6<S> handed = Vec6<S>::Zero();  // N s, N m s, in the step so far: from inner bodies, where marksBorder
     // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
     // short of the angular momentum after its forces and impulses.
     Vec3<S> gyroMomentum = Vec3<S>::Zero();
@@ -149,19 +148,10 @@ struct Island {
         double position = 0;    // m, IslandError::position of the last step
         double work = 0;        // SolveReport::work of the last step
         double directWork = 0;  // auto: what `direct` took lately, or would have; less from step to step
-        struct Balance {
-            std::size_t blocks = static_cast<std::size_t>(-1);
-            int age = 0;                // steps
-            S force = 0;                // N, what rows carried, added up
-            double residual = 0;        // SolveReport::residualMomentum
-            double defect = 0;          // SolveReport::momentumDefect
-        } balance;                      // of momentum, as last drawn (ledger.hpp)
-        int level = 0;                  // of refinement (refine.hpp), because the error asked for needed it
-        int calmSteps = 0;              // in which one level less would have done
-        std::shared_ptr<Memory> inner;  // of the part that asks for a tolerance of its own
+        int level = 0;          // of refinement (refine.hpp), because the error asked for needed it
+        int calmSteps = 0;      // in which one level less would have done
     };
     Memory memory;
-    bool marksBorder = false;        // whether bodies keep account of what inner ones (inner_part.hpp) hand them
     bool isLast = false;             // whether this sub-step is the last of its step
     bool mayRefuse = false;          // whether this sub-step may be refused
     bool mayRestart = false;         // auto: whether the whole step may begin anew
@@ -200,8 +190,16 @@ struct Island {
     void contactErrors(std::vector<S>& C) const;
     // Moves the poses by h v; then v is the twist at the end of the sub-step.
     void integrate(S h);
-    // Hands lambda back to joints and contacts.
-    void storeLambda();
+    // Hands lambda back to joints and contacts, and adds what it gave in a sub-step of h to the impulses of the piece.
+    void storeLambda(S h);
+    // Impulses of the piece of a step that is being solved. None yet; what an impact of the present sub-step gave,
+    // which counts once storeLambda() says that the sub-step is taken; all of them handed to joints and contact points,
+    // which add them up over the step.
+    void beginImpulses() { given_.clear(); }
+    void giveAtImpact(std::size_t block, const Row<S>& row, S impulse) {
+        impacts_.push_back({block, given(block, row, impulse)});
+    }
+    void handImpulsesOn();
 
     S rowVelocity(const Row<S>& row, const RowBlock<S>& block) const {
         return rowDot(row, block, [&](int i) -> const Vec6<S>& { return bodies[static_cast<std::size_t>(i)].v; });
@@ -211,14 +209,6 @@ struct Island {
             SolverBody<S>& body = bodies[static_cast<std::size_t>(block.body(k))];
             body.v += body.applyInverseMass(bodyGradient(row, block, k) * impulse);
         }
-    }
-    // Whether a body of the block asks for a tolerance of its own.
-    bool isInner(const RowBlock<S>& block) const {
-        bool inner = false;
-        for (int k = 0; k < block.bodyCount(); ++k) {
-            inner = inner || bodies[static_cast<std::size_t>(block.body(k))].tolerance > 0;
-        }
-        return inner;
     }
     // J M^-1 J^T of a row that need not be among `rows`, 1/kg or 1/(kg m2).
     S mobility(const Row<S>& row, const RowBlock<S>& block) const { return responseOf(row, block).mobility; }
@@ -232,12 +222,31 @@ private:
     struct PointRef {
         int patch, point;
     };
+    // What a block gave, laid out as the gradients of its rows are: N s, N m s.
+    struct Given {
+        Vec6<S> a = Vec6<S>::Zero();
+        Vec6<S> b = Vec6<S>::Zero();
+        S normal = 0;  // of a contact, along its normal
+
+        void operator+=(const Given& o) {
+            a += o.a;
+            b += o.b;
+            normal += o.normal;
+        }
+    };
+    Given given(std::size_t block, const Row<S>& row, S impulse) const {
+        const bool isNormal =
+            blocks[block].kind == BlockKind::Contact && &row == &rows[static_cast<std::size_t>(blocks[block].first)];
+        return {impulse * row.a, impulse * row.b, isNormal ? impulse : S(0)};
+    }
     RowResponse<S> responseOf(const Row<S>& row, const RowBlock<S>& block) const;
     // `a`, `b`: Pose or Placement of the two bodies.
     template <class P>
     void linearizePoint(const PatchLink& link, int point, const P& a, const P& b, std::vector<Row<S>>& out,
                         RowBlock<S>& block) const;
-    std::vector<PointRef> pointOfBlock_;  // of the blocks from jointBlocks on
+    std::vector<PointRef> pointOfBlock_;                  // of the blocks from jointBlocks on
+    std::vector<Given> given_;                            // by block
+    std::vector<std::pair<std::size_t, Given>> impacts_;  // of the present sub-step, with their blocks
 };
 
 }  // namespace cairn

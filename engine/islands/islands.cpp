@@ -148,6 +148,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
             for (int n = 0; n < joint.bodyCount(); ++n) {
                 body[static_cast<std::size_t>(n)] = localOf(k, joint.body(n).index, bodies, motion);
             }
+            joint.beginStep();
             awake_[static_cast<std::size_t>(k)].joints.push_back({&joint, body[0], body[1], body[2], body[3]});
         }
     }
@@ -176,6 +177,10 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         return islandOf_[dynamic(a) ? a : b];
     };
     for (PairContacts<S>& pair : contacts.pairs()) {
+        const auto moves = [&](std::uint32_t i) { return dynamic(i) && islandOf_[i] >= 0; };
+        if (moves(pair.pair.a) || moves(pair.pair.b)) {
+            pair.beginStep();
+        }
         if (pair.patches.empty() && !motion.detectsWithin) {
             continue;
         }

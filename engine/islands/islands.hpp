@@ -24,6 +24,8 @@ public:
     void rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTable<S>& contacts,
                  const MotionSettings<S>& motion);
     std::vector<Island<S>>& awake() { return awake_; }
+    // Of the islands of the last rebuild() the one that a moving body is in; -1: asleep.
+    int of(std::uint32_t body) const { return body < islandOf_.size() ? islandOf_[body] : -1; }
 
     // Puts to sleep the islands whose bodies have all stayed within `sleep.distance` for `sleep.time`.
     void updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt);

@@ -77,20 +77,7 @@ Ledger<S>::Ledger(const Island<S>& island, bool balances) : balances_(balances) 
 
 template <class S>
 void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
-    auto& last = island.memory.balance;
-    if (isFirst_) {
-        constexpr int period = 8;
-        isDrawn_ = !balances_ || last.blocks != island.blocks.size() || last.age >= period - 1;
-        if (isDrawn_) {
-            last = {};
-            last.blocks = island.blocks.size();
-        } else {
-            ++last.age;
-            report.residualMomentum = std::max(report.residualMomentum, last.residual);
-            report.momentumDefect += last.defect;
-        }
-    }
-    const bool balance = !balances_ || (isDrawn_ && (isFirst_ || island.isLast));
+    const bool balance = !balances_ || isFirst_ || island.isLast;
     isFirst_ = false;
     S explained = 0;
     S after = 0;          // J
@@ -120,18 +107,15 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
         // Together, what the rows gave cancels, but for what came from fixed bodies.
         defect += unexplained[i].template head<3>();
     }
-    S force = balance ? S(0) : last.force;
+    S force = balance ? S(0) : force_;
     // Contacts add no energy, unless what moves by itself takes part.
-    const bool asksContacts = balance || drives || island.marksBorder;
+    const bool asksContacts = balance || drives;
     const std::size_t blocks = asksContacts ? island.blocks.size() : static_cast<std::size_t>(island.jointBlocks);
     for (std::size_t n = 0; n < blocks; ++n) {
         const RowBlock<S>& block = island.blocks[n];
         const bool driven = drives && touchesDriven(island, block);
         const auto count = [&](int body, const Vec6<S>& given) {
-            SolverBody<S>& to = island.bodies[static_cast<std::size_t>(body)];
-            if (island.marksBorder && island.isInner(block)) {
-                to.handed += given;
-            }
+            const SolverBody<S>& to = island.bodies[static_cast<std::size_t>(body)];
             if (to.fixed) {
                 // What the fixed body takes, the others get from outside.
                 defect += given.template head<3>();
@@ -168,7 +152,7 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
             }
         }
     }
-    last.force = force;
+    force_ = force;
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
     // nothing.
     const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * h * force;
@@ -190,8 +174,6 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
     }
     const double whole = static_cast<double>(defect.norm());
     const double residual = static_cast<double>(std::sqrt(squared));
-    last.defect += whole;
-    last.residual = std::max(last.residual, residual);
     report.momentumDefect += whole;
     report.residualMomentum = std::max(report.residualMomentum, residual);
 }

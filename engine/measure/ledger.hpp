@@ -16,14 +16,13 @@ public:
     // below what is counted. energyInPlay is the kinetic energy, and what a fall by 10 cm gives.
     // Each body's own balance of momentum, what it has less what it had and what forces, impacts and rows gave it, is
     // the residual of its equation of motion: |M (v - v*) - J^T p| in the norm of M^-1, sqrt(J). It is drawn in every
-    // sub-step; of solvers that balance by construction in the first and the last one, and, while no contact comes or
-    // goes, in one step of eight: the others report what it was.
+    // sub-step; of solvers that balance by construction in the first and the last one.
     void close(Island<S>& island, S h, SolveReport& report);
 
 private:
     bool balances_;
     bool isFirst_ = true;  // sub-step
-    bool isDrawn_ = true;  // in this step
+    S force_ = 0;          // N, what rows carried when the balance was last drawn, added up
     S kineticEnergy_ = 0;
     std::vector<Vec6<S>> momentum_;  // of each body, N s and N m s, world axes about its centre
 };

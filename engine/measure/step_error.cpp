@@ -21,15 +21,12 @@ public:
     Measure(Island<S>& island, S h, S dt, const AccuracyDef& accuracy)
         : island_(island), h_(h), dt_(dt), accuracy_(accuracy) {}
 
-    void run(IslandError& error, IslandError* inner) {
-        const auto counted = [&](const RowBlock<S>& block) -> IslandError& {
-            return inner != nullptr && island_.isInner(block) ? *inner : error;
-        };
+    void run(IslandError& error) {
         if (island_.jointBlocks > 0) {
             island_.jointErrors(C_);
         }
         for (std::size_t k = 0; k < static_cast<std::size_t>(island_.jointBlocks); ++k) {
-            joint(island_.blocks[k], counted(island_.blocks[k]));
+            joint(island_.blocks[k], error);
         }
         const RowBlock<S>* block = island_.blocks.data() + island_.jointBlocks;
         for (const auto& link : island_.patches) {
@@ -39,17 +36,15 @@ public:
             const Placement<S> a(island_.bodies[static_cast<std::size_t>(link.a)].pose);
             const Placement<S> b(island_.bodies[static_cast<std::size_t>(link.b)].pose);
             const double asked = tolerance(*block);
-            IslandError& total = counted(*block);
-            IslandError sum = total;  // a copy that nothing else points to stays in registers
+            IslandError sum = error;  // a copy that nothing else points to stays in registers
             for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
                 ContactPointState<S>& point = link.patch->points[k];
                 const S before = std::min(S(0), point.separation);
                 const S separation = point.geometry.separation(a, b);
                 sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
-                point.separation = separation;
                 point.error = contact(*block++, separation, asked, sum);
             }
-            total = sum;
+            error = sum;
         }
     }
 
@@ -133,12 +128,6 @@ private:
 
     S contact(const RowBlock<S>& block, S separation, double asked, IslandError& sum) const {
         const Row<S>* row = &island_.rows[static_cast<std::size_t>(block.first)];
-        const double depth = std::max(0.0, -static_cast<double>(separation));
-        sum.maxPenetration = std::max(sum.maxPenetration, depth);
-        if (separation <= S(0) || row[0].lambda > S(0)) {
-            sum.penetrationSum += depth;
-            ++sum.touching;
-        }
         if (separation >= S(0) && row[0].lambda == S(0)) {
             return S(0);
         }
@@ -171,7 +160,8 @@ private:
             slip = std::sqrt(slip);
         }
         const S drift = std::abs(miss - onTheWay(row[0].C, miss, true));
-        const S position = std::max(std::abs(miss), dt_ * slip);
+        // Depth is measured on the contacts of the new poses.
+        const S position = std::max({S(0), miss, dt_ * slip});
         count(asked, position, std::max(drift / h_, slip), sum);
         if (accuracy_.coulomb) {
             sum.coulomb += coulomb(row, block, separation, mobility, mu, u);
@@ -240,40 +230,31 @@ JointError jointError(const std::vector<Row<S>>& rows) {
 }
 
 template <class S>
-IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy, IslandError* inner) {
+IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy) {
     IslandError error;
-    Measure<S>(island, h, dt, accuracy).run(error, inner);
+    Measure<S>(island, h, dt, accuracy).run(error);
     return error;
 }
 
+double toleranceOf(const AccuracyDef& accuracy, double bodyA, double bodyB) {
+    return tighter(tighter(accuracy.position, bodyA), bodyB);
+}
+
 template <class S>
-void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, IslandError& error, IslandError* inner) {
-    for (IslandError* part : {&error, inner}) {
-        if (part != nullptr) {
-            part->penetrationSum = 0;
-            part->touching = 0;
-        }
-    }
-    for (const auto& link : island.patches) {
-        double asked = accuracy.position;
-        bool own = false;
-        for (const int body : {link.a, link.b}) {
-            const double tolerance = island.bodies[static_cast<std::size_t>(body)].tolerance;
-            own = own || tolerance > 0;
-            asked = tighter(asked, tolerance);
-        }
-        IslandError& part = own && inner != nullptr ? *inner : error;
-        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
-            const ContactPointState<S>& point = link.patch->points[k];
+void measurePenetration(PairContacts<S>& pair, double asked, IslandError& error) {
+    for (ContactPatch<S>& patch : pair.patches) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
+            ContactPointState<S>& point = patch.points[k];
             const double depth = std::max(0.0, -static_cast<double>(point.separation));
-            part.maxPenetration = std::max(part.maxPenetration, depth);
-            part.position = std::max(part.position, depth);
+            point.error = std::max(point.error, static_cast<S>(depth));
+            error.maxPenetration = std::max(error.maxPenetration, depth);
+            error.position = std::max(error.position, depth);
             if (asked > 0) {
-                part.over = std::max(part.over, depth / asked);
+                error.over = std::max(error.over, depth / asked);
             }
             if (depth > 0 || point.normalForce > S(0)) {
-                part.penetrationSum += depth;
-                ++part.touching;
+                error.penetrationSum += depth;
+                ++error.touching;
             }
         }
     }
@@ -281,9 +262,9 @@ void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, Is
 
 template JointError jointError(const std::vector<Row<float>>&);
 template JointError jointError(const std::vector<Row<double>>&);
-template IslandError measureIsland(Island<float>&, float, float, const AccuracyDef&, IslandError*);
-template IslandError measureIsland(Island<double>&, double, double, const AccuracyDef&, IslandError*);
-template void measurePenetration(const Island<float>&, const AccuracyDef&, IslandError&, IslandError*);
-template void measurePenetration(const Island<double>&, const AccuracyDef&, IslandError&, IslandError*);
+template IslandError measureIsland(Island<float>&, float, float, const AccuracyDef&);
+template IslandError measureIsland(Island<double>&, double, double, const AccuracyDef&);
+template void measurePenetration(PairContacts<float>&, double, IslandError&);
+template void measurePenetration(PairContacts<double>&, double, IslandError&);
 
 }  // namespace cairn

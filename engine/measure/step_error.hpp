@@ -31,14 +31,15 @@ template <class S>
 JointError jointError(const std::vector<Row<S>>& rows);
 
 // Measures the island at its present poses, with the rows, twists and forces of its last sub-step, of length h (s), in
-// a step of dt (s). Contact points are told their separation. `inner`: gets what rows of bodies with a tolerance of
-// their own show, which then is no part of the answer.
+// a step of dt (s). Depth is no part of it: that is read off the contacts at the new poses, by measurePenetration().
 template <class S>
-IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy, IslandError* inner = nullptr);
+IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy);
 
-// Adds what contacts found anew at the present poses show: penetration that the points of the step did not see.
+// m: the tightest of what the world and two bodies ask for; 0: none does.
+double toleranceOf(const AccuracyDef& accuracy, double bodyA, double bodyB);
+
+// Adds the depth of a pair's contact points, found where the bodies are now. asked: toleranceOf() the pair.
 template <class S>
-void measurePenetration(const Island<S>& island, const AccuracyDef& accuracy, IslandError& error,
-                        IslandError* inner = nullptr);
+void measurePenetration(PairContacts<S>& pair, double asked, IslandError& error);
 
 }  // namespace cairn

@@ -24,6 +24,7 @@ struct Body {
 
     S unexplained = 0;  // sqrt(J), of the last step: momentum that neither forces nor rows explain
 
+    bool changed = true;  // by the game since the last step: its contacts are to be found anew before the next one
     bool awake = true;
     double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from restPose
     Pose<S> restPose;

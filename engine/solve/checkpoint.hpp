@@ -27,6 +27,7 @@ public:
         auto lambda = lambdas_.begin();
         for (const auto& link : island.joints) {
             link.joint->lambda = *lambda++;
+            link.joint->beginStep();
         }
         for (const auto& link : island.locks) {
             *link.lambda = *lambda++;

@@ -28,16 +28,6 @@ S normalSpeed(const Row<S>& row, const Vec6<S>& va, const Vec6<S>& vb) {
     return row.a.dot(va) + row.b.dot(vb);
 }
 
-// What a body gets of an impulse that another one got from it; a fixed body does not show it by its speed.
-template <class S>
-Vec6<S> seenFrom(const SolverBody<S>& body, const Vec6<S>& impulse, const SolverBody<S>& other) {
-    const Vec3<S> linear = impulse.template head<3>();
-    Vec6<S> seen;
-    seen.template head<3>() = -linear;
-    seen.template tail<3>() = -impulse.template tail<3>() - (other.pose.position - body.pose.position).cross(linear);
-    return seen;
-}
-
 // Brings the points of one manifold to their targets: projected Gauss-Seidel on at most twelve rows.
 template <class S>
 void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
@@ -153,9 +143,12 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             const Vec6<S> onB = b.applyMass(b.v - beforeB);
             a.outside += onA;
             b.outside += onB;
-            if (island.marksBorder) {
-                a.handed += b.tolerance > 0 ? seenFrom(a, onB, b) : Vec6<S>(Vec6<S>::Zero());
-                b.handed += a.tolerance > 0 ? seenFrom(b, onA, a) : Vec6<S>(Vec6<S>::Zero());
+            for (const PointImpact<S>& point : group.points) {
+                const auto block = static_cast<std::size_t>(point.block - island.blocks.data());
+                for (int r = 0; r < point.block->count; ++r) {
+                    island.giveAtImpact(block, island.rows[static_cast<std::size_t>(point.block->first + r)],
+                                        point.impulse[r]);
+                }
             }
             a.offset -= time * (a.v - beforeA);
             b.offset -= time * (b.v - beforeB);

@@ -1,6 +1,6 @@
 #include "engine/solve/refine.hpp"
 #include "engine/measure/ledger.hpp"
-#include "engine/solve/inner_part.hpp"
+#include "engine/solve/checkpoint.hpp"
 
 namespace cairn {
 namespace {
@@ -15,6 +15,7 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, double mostWork, SolveRepo
     island.mostWork = mostWork;
     const std::vector<SolverBody<S>>& start = island.atStep;
     island.atStep = island.bodies;
+    island.beginImpulses();
     int& halvings = island.memory.halvings;
     halvings = std::max(0, halvings - 1);
     int left = solver.substeps(island, dt) << halvings;
@@ -38,6 +39,7 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, double mostWork, SolveRepo
             cost.work = (anew ? sum.work : 0) + one.work;
             if (anew) {
                 island.bodies = start;
+                island.beginImpulses();
                 ledger = Ledger<S>(island, solver.balances());
                 first = true;
                 sum = cost;
@@ -59,14 +61,13 @@ S advance(Island<S>& island, Solver<S>& solver, S dt, double mostWork, SolveRepo
         sum += one;
         --left;
     }
+    island.handImpulsesOn();
     total += sum;
     return h;
 }
 
-// `own`, if not null, gets the error of bodies with a tolerance of their own.
 template <class S>
-void attempt(Island<S>& island, Solver<S>& solver, S dt, int pieces, const SolveRequest& request, Solution& solution,
-             IslandError* own) {
+void attempt(Island<S>& island, Solver<S>& solver, S dt, int pieces, const SolveRequest& request, Solution& solution) {
     // Most pieces are alike; the one in which something lands takes several times its share, and is worth that: fewer
     // pieces come after it.
     constexpr double mostOfOne = 0.5;
@@ -96,7 +97,7 @@ void attempt(Island<S>& island, Solver<S>& solver, S dt, int pieces, const Solve
     report.factorisations += solution.report.factorisations;
     report.work += solution.report.work;
     solution.report = report;
-    solution.error = measureIsland(island, h, dt, request.accuracy, own);
+    solution.error = measureIsland(island, h, dt, request.accuracy);
 }
 
 constexpr int calmSteps = 8;
@@ -107,11 +108,15 @@ bool isAsked(const AccuracyDef& accuracy, double bodyTolerance) {
     return accuracy.position > 0 || accuracy.velocity > 0 || bodyTolerance > 0;
 }
 
-// Contacts as the next step will find them show what those of the start did not see.
+// Contacts where the step has led, which the world then keeps for the next one.
 template <class S>
-void lookAgain(Island<S>& island, S dt, const SolveRequest& request, Solution& solution, IslandError* own) {
+void lookAgain(Island<S>& island, S dt, const SolveRequest& request, Solution& solution) {
     island.detect({request.contactMargin, static_cast<double>(dt), request.stillDistance}, solution.narrow);
-    measurePenetration(island, request.accuracy, solution.error, own);
+    for (const auto& link : island.pairs) {
+        const double bodyA = island.bodies[static_cast<std::size_t>(link.a)].tolerance;
+        const double bodyB = island.bodies[static_cast<std::size_t>(link.b)].tolerance;
+        measurePenetration(*link.pair, toleranceOf(request.accuracy, bodyA, bodyB), solution.error);
+    }
 }
 
 template <class S>
@@ -123,40 +128,6 @@ void calmDown(typename Island<S>::Memory& memory, double over) {
     }
 }
 
-// Solves the bodies with a tolerance of their own again, in more and more pieces, the others as they are. `own`: their
-// error, in and out. Gives whether they are within it now.
-template <class S>
-bool refineInner(Island<S>& island, const Checkpoint<S>& start, Solver<S>& solver, S dt, const SolveRequest& request,
-                 Solution& solution, IslandError& own) {
-    InnerPart<S> part(island, start, dt);
-    auto& memory = part.island().memory;
-    Solution inner;
-    inner.mostWork = solution.mostWork - solution.report.work;
-    for (memory.level = std::max(1, memory.level);; ++memory.level) {
-        inner.ownPieces = 1 << memory.level;
-        attempt(part.island(), solver, dt, inner.ownPieces, request, inner, nullptr);
-        lookAgain(part.island(), dt, request, inner, nullptr);
-        ++solution.attempts;
-        // With the next attempt, twice as dear as the last, it is at most three times what it is now.
-        const bool isSpent = 3 * inner.report.work > inner.mostWork;
-        if (!(inner.error.over > 1) || 2 * inner.ownPieces > request.accuracy.mostPieces || isSpent) {
-            break;
-        }
-        memory.calmSteps = 0;
-        part.restart();
-    }
-    solution.narrow += inner.narrow;
-    const bool reached = !(inner.error.over > 1);
-    calmDown<S>(memory, inner.error.over);
-    own = inner.error;
-    solution.ownPieces = inner.ownPieces;
-    const int rows = solution.report.rows;
-    solution.report += inner.report;
-    solution.report.rows = rows + inner.report.rows;
-    part.handBack(island);
-    return reached;
-}
-
 }  // namespace
 
 template <class S>
@@ -165,31 +136,21 @@ Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequ
     solution.mostWork = island.mostWork;
     auto& memory = island.memory;
     double bodyTolerance = 0;
-    bool others = false;
     for (const SolverBody<S>& body : island.bodies) {
         bodyTolerance = std::max(bodyTolerance, body.tolerance);
-        others = others || (!body.fixed && body.tolerance == 0);
     }
     if (!isAsked(request.accuracy, bodyTolerance)) {
-        attempt(island, solver, dt, island.isCalm() ? 1 : request.pieces, request, solution, nullptr);
-        memory.position = solution.error.position;
+        attempt(island, solver, dt, island.isCalm() ? 1 : request.pieces, request, solution);
         return solution;
     }
     const Checkpoint<S> start(island);
     int pieces = 1 << memory.level;
-    IslandError own;
-    island.marksBorder = bodyTolerance > 0 && others;
-    IslandError* const apart = island.marksBorder ? &own : nullptr;
     for (;;) {
-        own = {};
         const double before = solution.report.work;
-        attempt(island, solver, dt, pieces, request, solution, apart);
-        lookAgain(island, dt, request, solution, apart);
-        bool reached = !(solution.error.over > 1);
-        if (reached && own.over > 1) {
-            reached = refineInner(island, start, solver, dt, request, solution, own);
-        }
+        attempt(island, solver, dt, pieces, request, solution);
+        lookAgain(island, dt, request, solution);
         const double ahead = 2 * (solution.report.work - before);
+        const bool reached = !(solution.error.over > 1);
         if (reached || 2 * pieces > request.accuracy.mostPieces || solution.report.work + ahead > solution.mostWork) {
             break;
         }
@@ -200,7 +161,6 @@ Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequ
         memory.calmSteps = 0;
     }
     calmDown<S>(memory, solution.error.over);
-    solution.error += own;
     return solution;
 }
 

@@ -15,7 +15,6 @@ struct Solution {
     NarrowCounts narrow;                                        // of contacts found within the step
     double mostWork = std::numeric_limits<double>::infinity();  // that the report may count
     int pieces = 1;
-    int ownPieces = 0;  // of the bodies with a tolerance of their own, where they were solved again by themselves
     int attempts = 1;
 };
 
@@ -28,8 +27,7 @@ struct SolveRequest {
 
 // Moves the island by dt. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance
 // is answered by doing the step again in twice as many pieces. The island remembers how many it needed; after some calm
-// steps it tries half as many. Where only bodies with a tolerance of their own err by too much, they alone are solved
-// again (inner_part.hpp), and the island only if that does not help. No clock has a say.
+// steps it tries half as many. A body's own tolerance is asked of its island. No clock has a say.
 template <class S>
 Solution solveIsland(Island<S>& island, Solver<S>& solver, S dt, const SolveRequest& request);
 

@@ -106,14 +106,7 @@ private:
 
     void choose() {
         for (ProxyId i = 0; i < bodies_.slotCount(); ++i) {
-            const Body<S>& b = bodies_[i];
-            if (!bodies_.used(i) || !b.awake || !std::isfinite(b.fastWay)) {
-                continue;
-            }
-            const double spin = static_cast<double>(std::max(b.w.norm(), before_[i].w.norm()));
-            if (static_cast<double>((b.pose.position - before_[i].pose.position).norm()) +
-                    static_cast<double>(dt_) * spin * b.turningRadius >
-                b.fastWay) {
+            if (bodies_.used(i) && bodies_[i].awake && isFastBody(bodies_[i], before_[i], dt_)) {
                 sweeps_.emplace_back().body = i;
             }
         }

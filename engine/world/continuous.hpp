@@ -30,6 +30,18 @@ double wayOf(const Pose<S>& from, const Pose<S>& to, double radius) {
            arc * static_cast<double>((from.rotation.conjugate() * to.rotation).vec().norm());
 }
 
+// Whether it went so far within the step that its way is searched for what it would pass.
+template <class S>
+bool isFastBody(const Body<S>& body, const Before<S>& before, S dt) {
+    if (!std::isfinite(body.fastWay)) {
+        return false;
+    }
+    const double spin = static_cast<double>(std::max(body.w.norm(), before.w.norm()));
+    return static_cast<double>((body.pose.position - before.pose.position).norm()) +
+               static_cast<double>(dt) * spin * body.turningRadius >
+           body.fastWay;
+}
+
 // `boxes` must hold every body from where it was to where it is; mayCollide as in BroadPhase. gravity: m/s2.
 template <class S>
 SweepCounts sweepFastBodies(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,

@@ -101,7 +101,9 @@ template <class S>
 void World<S>::Impl::wakeNeighbours(std::uint32_t index) {
     for (const PairContacts<S>& pair : contacts.pairs()) {
         if (!pair.patches.empty() && (pair.pair.a == index || pair.pair.b == index)) {
-            wake(bodies[pair.pair.a == index ? pair.pair.b : pair.pair.a]);
+            const std::uint32_t other = pair.pair.a == index ? pair.pair.b : pair.pair.a;
+            wake(bodies[other]);
+            touch(other);
         }
     }
     for (std::size_t j = 0; j < joints.slotCount(); ++j) {
@@ -137,6 +139,7 @@ template <class S>
 BodyId World<S>::add(const BodyDef& def) {
     const BodyId id = impl_->bodies.add(makeBody<S>(def, impl_->def.continuousShare));
     const Body<S>& added = impl_->bodies[id.index];
+    impl_->changed.push_back(id.index);
     if (!def.shapes.empty()) {
         impl_->broadPhase.add(id.index, impl_->reach(added, 0), def.type == BodyType::Static);
     }
@@ -162,6 +165,7 @@ JointId World<S>::addJoint(const JointDef& def) {
 template <class S>
 void World<S>::refilter(BodyId a, BodyId b) {
     for (const BodyId id : {a, b}) {
+        impl_->touch(id.index);
         if (impl_->broadPhase.contains(id.index)) {
             impl_->broadPhase.refilter(id.index);
         }
@@ -197,6 +201,7 @@ void World<S>::remove(BodyId id) {
     }
     impl_->contacts.forget(id.index);
     impl_->islands.forget(id.index);
+    std::erase(impl_->changed, id.index);
     impl_->bodies.remove(id);
 }
 
@@ -277,6 +282,7 @@ void World<S>::setPose(BodyId id, const Pose<S>& pose) {
     const Quat<S> rotation = pose.rotation.normalized();
     b.pose = {pose.position + rotation * b.localCentre, rotation};
     impl_->wake(b);
+    impl_->touch(id.index);
     if (impl_->broadPhase.contains(id.index)) {
         impl_->broadPhase.move(id.index, impl_->reach(b, 0), Vec3d::Zero());
     }
@@ -294,6 +300,7 @@ void World<S>::setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angu
     b.v = linear;
     b.w = angular;
     impl_->wake(b);
+    impl_->touch(id.index);
 }
 template <class S>
 void World<S>::setSolver(const SolverDef& def) {
@@ -369,6 +376,7 @@ void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& po
         b.w += R * inverseOf<S>(b.inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
     }
     impl_->wake(b);
+    impl_->touch(id.index);
 }
 template <class S>
 void World<S>::wake(BodyId id) {
@@ -376,69 +384,6 @@ void World<S>::wake(BodyId id) {
     if (b.isDynamic()) {
         impl_->wake(b);
     }
-}
-
-template <class S>
-std::vector<ContactView> World<S>::contacts() const {
-    std::vector<ContactView> views;
-    for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
-        const Body<S>& a = impl_->bodies[pair.pair.a];
-        const Body<S>& b = impl_->bodies[pair.pair.b];
-        for (const ContactPatch<S>& patch : pair.patches) {
-            for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
-                const ContactPointState<S>& point = patch.points[k];
-                ContactView& view = views.emplace_back();
-                view.a = impl_->bodies.idAt(pair.pair.a);
-                view.b = impl_->bodies.idAt(pair.pair.b);
-                view.point =
-                    (S(0.5) * (a.pose * point.geometry.onA + b.pose * point.geometry.onB)).template cast<double>();
-                view.normal = point.geometry.direction(a.pose, b.pose).template cast<double>();
-                view.separation = static_cast<double>(point.separation);
-                view.normalForce = static_cast<double>(point.normalForce);
-                view.error = static_cast<double>(point.error);
-                view.frictionForce = point.friction.template cast<double>();
-                view.friction = static_cast<double>(patch.friction);
-                view.staticFriction = static_cast<double>(patch.staticFriction);
-                view.restitution = static_cast<double>(patch.restitution);
-            }
-        }
-    }
-    return views;
-}
-
-template <class S>
-std::vector<JointView> World<S>::jointViews() const {
-    std::vector<JointView> views;
-    for (std::size_t j = 0; j < impl_->joints.slotCount(); ++j) {
-        if (!impl_->joints.used(j)) {
-            continue;
-        }
-        const Joint<S>& joint = impl_->joints[j];
-        const Pose<S>& a = impl_->bodies[joint.a.index].pose;
-        const Pose<S>& b = impl_->bodies[joint.b.index].pose;
-        JointPoses<S> poses{};
-        for (int k = 0; k < joint.bodyCount(); ++k) {
-            poses[static_cast<std::size_t>(k)] = &impl_->bodies[joint.body(k).index].pose;
-        }
-        std::vector<Row<S>> rows;
-        RowBlock<S> block;
-        joint.linearize(poses, rows, block);
-        const JointError error = jointError(rows);
-        JointView& view = views.emplace_back();
-        view.id = impl_->joints.idAt(j);
-        view.a = joint.a;
-        view.b = joint.b;
-        view.frameA = (a * joint.frames.a).template cast<double>();
-        view.frameB = (b * joint.frames.b).template cast<double>();
-        view.gap = error.gap;
-        view.angle = error.angle;
-        for (const Row<S>& row : rows) {
-            const Vec6<S> push = row.lambda * bodyGradient(row, block, 1);
-            view.force += push.template head<3>().template cast<double>();
-            view.torque += push.template tail<3>().template cast<double>();
-        }
-    }
-    return views;
 }
 
 template <class S>

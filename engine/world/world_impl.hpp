@@ -24,8 +24,10 @@ struct World<S>::Impl {
     BroadPhase broadPhase;
     ContactTable<S> contacts;
     Islands<S> islands;
-    std::vector<Solution> solved;   // of this step, by awake island
-    std::vector<Before<S>> before;  // of this step, by body
+    std::vector<std::uint32_t> changed;  // bodies that the game has touched since the last step (Body::changed)
+    double detectedFor = 0;              // s, of the step that contacts are known for
+    std::vector<Solution> solved;        // of this step, by awake island
+    std::vector<Before<S>> before;       // of this step, by body
     StepReport report;
 
     explicit Impl(const WorldDef& worldDef);
@@ -58,6 +60,13 @@ struct World<S>::Impl {
         b.restTime = 0;
         b.restPose = b.pose;
     }
+    // Its contacts are found anew before the next step.
+    void touch(std::uint32_t index) {
+        if (!bodies[index].changed) {
+            bodies[index].changed = true;
+            changed.push_back(index);
+        }
+    }
     void wakeBodies(const Joint<S>& joint);
     void wakeNeighbours(std::uint32_t index);
     // The box that a body can reach within dt, with half of the contact margin around it.
@@ -78,11 +87,17 @@ struct World<S>::Impl {
 
 private:
     void move(S dt);
-    // Boxes for the step to come, before its contacts are looked for; and after it, for queries and sweeps: those hold
-    // the body all the way from where it was.
+    // Finds contacts anew where the game has changed something since the last step, and only there.
+    void applyChanges(double dt);
+    // Contacts where the bodies are now: for the report, for queries, and for the step to come.
+    void detect(double dt, bool onlyChanged);
+    // Boxes for a step to come.
     void moveProxies(double dt);
-    void refreshProxies(double dt);
-    void sweep(S dt);
+    void moveProxy(std::uint32_t i, double dt);
+    // Continuous collision.
+    void catchFastBodies(S dt);
+    // Completes the islands' errors by the depth of the contacts, and sums them up.
+    void measure();
     void writeBack(const Island<S>& island, S dt);
     void moveKinematic(S dt);
     void forgetForces(std::uint32_t body);
@@ -102,8 +117,9 @@ private:
     static double loadOf(const Island<S>& island);
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
-    void record(const Island<S>& island, const Solution& solution, Totals& totals);
-    void countAndClose(const Totals& totals);
+    Totals totals;
+    void record(const Island<S>& island, const Solution& solution);
+    void countAndClose();
     bool accuracyAsked() const;
     // Whether a budget, or who replays one, chooses the effort of a step.
     bool hasEffort() const { return def.accuracy.budget > 0 || def.accuracy.effort >= 0; }

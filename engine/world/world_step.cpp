@@ -52,11 +52,8 @@ void World<S>::Impl::step(S dt) {
 template <class S>
 void World<S>::Impl::move(S dt) {
     Stages stages;
-    moveProxies(static_cast<double>(dt));
-    broadPhase.update();
-    report.times.broadPhase = stages.end();
-
-    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.stillDistance}, *jobs);
+    applyChanges(static_cast<double>(dt));
+    contacts.beginStep();
     report.times.narrowPhase = stages.end();
 
     islands.rebuild(bodies, joints, contacts,
@@ -73,23 +70,61 @@ void World<S>::Impl::move(S dt) {
         bodies[i].torque.setZero();
     }
     moveKinematic(dt);
-    Totals totals;
-    std::vector<Island<S>>& awake = islands.awake();
-    for (std::size_t k = 0; k < awake.size(); ++k) {
-        writeBack(awake[k], dt);
-        restoreNonFinite(awake[k]);
-        record(awake[k], solved[k], totals);
+    for (const Island<S>& island : islands.awake()) {
+        writeBack(island, dt);
+        restoreNonFinite(island);
     }
     report.times.solve = stages.end();
 
-    refreshProxies(static_cast<double>(dt));
-    sweep(dt);
+    catchFastBodies(dt);
     report.times.continuous = stages.end();
 
+    moveProxies(static_cast<double>(dt));
+    broadPhase.update();
+    report.times.broadPhase = stages.end();
+    detect(static_cast<double>(dt), false);
+    report.times.narrowPhase += stages.end();
+
+    measure();
     islands.updateSleep(bodies, def.sleep, static_cast<double>(dt));
-    countAndClose(totals);
+    countAndClose();
     stages.end();
     report.times.total = stages.all();
+}
+
+template <class S>
+void World<S>::Impl::detect(double dt, bool onlyChanged) {
+    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, dt, def.stillDistance}, *jobs, onlyChanged);
+    report.counts.narrow += contacts.counts();
+    report.counts.carriedPairs = contacts.carried();
+    detectedFor = onlyChanged ? std::min(dt, detectedFor) : dt;
+    for (const std::uint32_t i : changed) {
+        bodies[i].changed = false;
+    }
+    changed.clear();
+}
+
+template <class S>
+void World<S>::Impl::applyChanges(double dt) {
+    if (dt > detectedFor) {
+        // Contacts were looked for no farther ahead than the last step asked; in a new world not at all.
+        moveProxies(dt);
+        broadPhase.update();
+        detect(dt, false);
+    } else if (!changed.empty()) {
+        for (const std::uint32_t i : changed) {
+            if (bodies.used(i) && broadPhase.contains(i)) {
+                moveProxy(i, dt);
+            }
+        }
+        broadPhase.update();
+        detect(dt, true);
+    }
+}
+
+template <class S>
+void World<S>::Impl::moveProxy(std::uint32_t i, double dt) {
+    broadPhase.move(i, reach(bodies[i], dt), dt * bodies[i].v.template cast<double>());
 }
 
 template <class S>
@@ -97,28 +132,34 @@ void World<S>::Impl::moveProxies(double dt) {
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
         const Body<S>& b = bodies[i];
         if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
-            broadPhase.move(i, reach(b, dt), dt * b.v.template cast<double>());
+            moveProxy(i, dt);
         }
     }
 }
 
 template <class S>
-void World<S>::Impl::refreshProxies(double dt) {
+void World<S>::Impl::catchFastBodies(S dt) {
+    const auto isFast = [&](std::uint32_t i) {
+        return bodies.used(i) && bodies[i].awake && bodies[i].def.type != BodyType::Static &&
+               isFastBody(bodies[i], before[i], dt);
+    };
+    bool any = false;
+    for (std::uint32_t i = 0; i < bodies.slotCount() && !any; ++i) {
+        any = isFast(i);
+    }
+    if (!any) {
+        return;
+    }
+    // Boxes that hold every body all the way from where it was.
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
         const Body<S>& b = bodies[i];
         if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
             const double moved = wayOf(before[i].pose, b.pose, b.radius);
-            const double ahead = motion(b, dt);
             const Aabb box = bounds(b.def.shapes, b.framePoseDouble());
-            broadPhase.move(i, box.grown(0.5 * def.contactMargin + std::max(ahead, moved)),
-                            dt * b.v.template cast<double>());
+            broadPhase.move(i, box.grown(0.5 * def.contactMargin + moved), Vec3d::Zero());
         }
     }
     broadPhase.update();
-}
-
-template <class S>
-void World<S>::Impl::sweep(S dt) {
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
     const SweepCounts counts =
         sweepFastBodies<S>(bodies, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt, *jobs);
@@ -256,7 +297,27 @@ void World<S>::Impl::solveIslands(S dt) {
 }
 
 template <class S>
-void World<S>::Impl::record(const Island<S>& island, const Solution& solution, Totals& totals) {
+void World<S>::Impl::measure() {
+    std::vector<Island<S>>& awake = islands.awake();
+    for (PairContacts<S>& pair : contacts.pairs()) {
+        const Body<S>& a = bodies[pair.pair.a];
+        const Body<S>& b = bodies[pair.pair.b];
+        const int k =
+            std::max(a.isDynamic() ? islands.of(pair.pair.a) : -1, b.isDynamic() ? islands.of(pair.pair.b) : -1);
+        if (k >= 0) {
+            const double asked = toleranceOf(def.accuracy, a.def.tolerance, b.def.tolerance);
+            measurePenetration(pair, asked, solved[static_cast<std::size_t>(k)].error);
+        }
+    }
+    totals = {};
+    for (std::size_t k = 0; k < awake.size(); ++k) {
+        awake[k].memory.position = solved[k].error.position;
+        record(awake[k], solved[k]);
+    }
+}
+
+template <class S>
+void World<S>::Impl::record(const Island<S>& island, const Solution& solution) {
     const SolveReport& s = solution.report;
     const IslandError& e = solution.error;
     StepCounts& counts = report.counts;
@@ -297,7 +358,6 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution, T
     one.lowest = bodies.idAt(island.bodies.front().index);
     one.rows = s.rows;
     one.pieces = solution.pieces;
-    one.ownPieces = solution.ownPieces;
     one.attempts = solution.attempts;
     one.swept = s.sweptSolves > 0;
     one.position = e.position;
@@ -317,14 +377,12 @@ bool World<S>::Impl::accuracyAsked() const {
 }
 
 template <class S>
-void World<S>::Impl::countAndClose(const Totals& totals) {
+void World<S>::Impl::countAndClose() {
     StepCounts& c = report.counts;
     c.bodies = static_cast<int>(bodies.count());
     c.joints = static_cast<int>(joints.count());
     c.pairs = static_cast<int>(contacts.pairs().size());
     c.islands = static_cast<int>(islands.awake().size());
-    c.carriedPairs = contacts.carried();
-    c.narrow += contacts.counts();
     for (const PairContacts<S>& pair : contacts.pairs()) {
         for (const ContactPatch<S>& patch : pair.patches) {
             c.contacts += patch.manifold.count;

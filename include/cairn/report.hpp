@@ -29,7 +29,6 @@ struct IslandReport {
     int bodies = 0;
     int rows = 0;
     int pieces = 1;                 // that the step was cut into
-    int ownPieces = 0;              // of bodies with a tolerance of their own, where the step was cut for them alone
     int attempts = 1;               // solutions tried, until one was within what AccuracyDef asks
     bool swept = false;             // whether sweeps had a part in it
     double position = 0;            // m, as StepError's

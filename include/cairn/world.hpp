@@ -10,11 +10,19 @@ namespace cairn {
 // A contact point as it stands after a step, for drawing and for games.
 struct ContactView {
     BodyId a, b;
-    Vec3d point = Vec3d::Zero();          // world, midway between the two surfaces
-    Vec3d normal = Vec3d::UnitY();        // world, from a to b
-    double separation = 0;                // m, negative: penetration
+    std::uint32_t shapeA = 0;  // indices into the bodies' shapes
+    std::uint32_t shapeB = 0;
+    bool isOver = false;            // gave an impulse in the step, and is no contact any more at its end
+    Vec3d point = Vec3d::Zero();    // world, midway between the two surfaces
+    Vec3d normal = Vec3d::UnitY();  // world, from a to b
+    double separation = 0;          // m, negative: penetration
+    // What it gave in the whole step, impacts and all sub-steps: N s, on b; and of that along the normal. The forces
+    // are their means over the step.
+    Vec3d impulse = Vec3d::Zero();
+    double normalImpulse = 0;
     double normalForce = 0;               // N
     Vec3d frictionForce = Vec3d::Zero();  // N, on b
+    double approachSpeed = 0;             // m/s, along the normal, after the step; negative: they part
     double error = 0;                     // m, as StepError::position: depth, hovering under load, or slip in a step
     // Of the two surfaces together.
     double friction = 0;  // sliding
@@ -26,11 +34,16 @@ struct ContactView {
 struct JointView {
     JointId id;
     BodyId a, b;
-    Posed frameA, frameB;          // world; the joint's frame as each body carries it; x is the axis
-    double gap = 0;                // m, violation of its linear rows
-    double angle = 0;              // rad, violation of its angular rows
-    Vec3d force = Vec3d::Zero();   // N, on b
-    Vec3d torque = Vec3d::Zero();  // N m, on b, about its centre of mass
+    Posed frameA, frameB;  // world; the joint's frame as each body carries it; x is the axis
+    double gap = 0;        // m, violation of its linear rows
+    double angle = 0;      // rad, violation of its angular rows
+    // What it gave in the whole step, all sub-steps: N s, on b; N m s, on b about its centre of mass. Force and torque
+    // (N, N m) are their means over the step.
+    Vec3d impulse = Vec3d::Zero();
+    Vec3d angularImpulse = Vec3d::Zero();
+    Vec3d force = Vec3d::Zero();
+    Vec3d torque = Vec3d::Zero();
+    std::array<Vec3d, 4> impulses = {Vec3d::Zero(), Vec3d::Zero(), Vec3d::Zero(), Vec3d::Zero()};  // N s, on each body
 };
 
 // How wrong one body was after a step: what to look at, and what to draw as heat.

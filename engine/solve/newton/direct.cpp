@@ -430,7 +430,7 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     for (std::size_t i = 0; i < island.rows.size(); ++i) {
         island.rows[i].lambda = static_cast<S>(newton.problem.p[i] / hWide);
     }
-    island.storeLambda();
+    island.storeLambda(h);
     island.integrate(h);
     projectErrors(island, h, report);
     return report;
@@ -462,7 +462,7 @@ bool Direct<S>::solveJoints(Island<S>& island, S h, SolveReport& report) const {
         return false;
     }
     joints.handBack(island, h);
-    island.storeLambda();
+    island.storeLambda(h);
     island.integrate(h);
     if (joints.worst() > smallError) {
         projectErrors(island, h, report);

@@ -53,7 +53,7 @@ public:
             descent.moveCentres();
         }
         descent.moved().restore();
-        island.storeLambda();
+        island.storeLambda(h);
         island.integrate(h);
         SolveReport report;
         report.sweptSolves = 1;

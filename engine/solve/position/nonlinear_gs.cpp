@@ -55,7 +55,7 @@ public:
             moved.sweep(relaxation, k % 2 == 1);
         }
         moved.restore();
-        island.storeLambda();
+        island.storeLambda(h);
         island.integrate(h);
         SolveReport report;
         report.sweptSolves = 1;

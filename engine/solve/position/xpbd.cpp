@@ -51,7 +51,7 @@ public:
         for (std::size_t i = 0; i < problem.p.size(); ++i) {
             island.rows[i].lambda = problem.p[i] / h;
         }
-        island.storeLambda();
+        island.storeLambda(h);
         moved.storeSlip(p, v);
         SolveReport report;
         report.sweptSolves = 1;

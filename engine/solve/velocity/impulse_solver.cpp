@@ -106,7 +106,7 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
     for (std::size_t i = 0; i < rowCount; ++i) {
         island.rows[i].lambda = problem.p[i] / h;
     }
-    island.storeLambda();
+    island.storeLambda(h);
     SolveReport report;
     report.sweptSolves = 1;
     report.rows = static_cast<int>(rowCount);

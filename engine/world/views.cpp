@@ -1,0 +1,133 @@
+#include <cairn/world.hpp>
+
+#include "engine/measure/step_error.hpp"
+#include "engine/world/world_impl.hpp"
+
+namespace cairn {
+namespace {
+
+// N, mean over the step; 0 before the first one.
+Vec3d meanForce(const Vec3d& impulse, double dt) {
+    return dt > 0 ? Vec3d(impulse / dt) : Vec3d(Vec3d::Zero());
+}
+
+// Fills what the impulses of a contact say.
+void tellImpulse(ContactView& view, const Vec3d& impulse, double normalImpulse, double dt) {
+    view.impulse = impulse;
+    view.normalImpulse = normalImpulse;
+    view.normalForce = dt > 0 ? normalImpulse / dt : 0;
+    view.frictionForce = meanForce(impulse - normalImpulse * view.normal, dt);
+}
+
+}  // namespace
+
+template <class S>
+std::vector<ContactView> World<S>::contacts() const {
+    std::vector<ContactView> views;
+    const double dt = impl_->report.dt;
+    const auto addEnded = [&](const PairContacts<S>& pair) {
+        for (const EndedContact& end : pair.ended) {
+            ContactView& view = views.emplace_back();
+            view.a = impl_->bodies.idAt(pair.pair.a);
+            view.b = impl_->bodies.idAt(pair.pair.b);
+            view.shapeA = end.shapeA;
+            view.shapeB = end.shapeB;
+            view.isOver = true;
+            view.point = end.point;
+            view.normal = end.normal;
+            view.friction = end.friction;
+            view.staticFriction = end.staticFriction;
+            view.restitution = end.restitution;
+            tellImpulse(view, end.impulse, end.normalImpulse, dt);
+        }
+    };
+    for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
+        const Body<S>& a = impl_->bodies[pair.pair.a];
+        const Body<S>& b = impl_->bodies[pair.pair.b];
+        for (const ContactPatch<S>& patch : pair.patches) {
+            for (int k = 0; k < patch.known; ++k) {
+                const ContactPointState<S>& point = patch.points[static_cast<std::size_t>(k)];
+                const bool isOver = k >= patch.manifold.count;
+                if (isOver && point.impulse.isZero(S(0))) {
+                    continue;
+                }
+                ContactView& view = views.emplace_back();
+                view.a = impl_->bodies.idAt(pair.pair.a);
+                view.b = impl_->bodies.idAt(pair.pair.b);
+                view.shapeA = patch.manifold.shapeA;
+                view.shapeB = patch.manifold.shapeB;
+                view.isOver = isOver;
+                view.point =
+                    (S(0.5) * (a.pose * point.geometry.onA + b.pose * point.geometry.onB)).template cast<double>();
+                view.normal = point.geometry.direction(a.pose, b.pose).template cast<double>();
+                view.separation = static_cast<double>(point.separation);
+                view.error = static_cast<double>(point.error);
+                view.friction = static_cast<double>(patch.friction);
+                view.staticFriction = static_cast<double>(patch.staticFriction);
+                view.restitution = static_cast<double>(patch.restitution);
+                tellImpulse(view, point.impulse.template cast<double>(), static_cast<double>(point.normalImpulse), dt);
+                const auto speed = [&](const Body<S>& body) {
+                    const Vec3<S> arm = view.point.template cast<S>() - body.pose.position;
+                    return Vec3<S>(body.v + body.w.cross(arm));
+                };
+                view.approachSpeed = -view.normal.dot((speed(b) - speed(a)).template cast<double>());
+            }
+        }
+        addEnded(pair);
+    }
+    for (const PairContacts<S>& pair : impl_->contacts.gone()) {
+        addEnded(pair);
+    }
+    return views;
+}
+
+template <class S>
+std::vector<JointView> World<S>::jointViews() const {
+    std::vector<JointView> views;
+    const double dt = impl_->report.dt;
+    for (std::size_t j = 0; j < impl_->joints.slotCount(); ++j) {
+        if (!impl_->joints.used(j)) {
+            continue;
+        }
+        const Joint<S>& joint = impl_->joints[j];
+        const Pose<S>& a = impl_->bodies[joint.a.index].pose;
+        const Pose<S>& b = impl_->bodies[joint.b.index].pose;
+        JointPoses<S> poses{};
+        for (int k = 0; k < joint.bodyCount(); ++k) {
+            poses[static_cast<std::size_t>(k)] = &impl_->bodies[joint.body(k).index].pose;
+        }
+        std::vector<Row<S>> rows;
+        RowBlock<S> block;
+        joint.linearize(poses, rows, block);
+        const JointError error = jointError(rows);
+        JointView& view = views.emplace_back();
+        view.id = impl_->joints.idAt(j);
+        view.a = joint.a;
+        view.b = joint.b;
+        view.frameA = (a * joint.frames.a).template cast<double>();
+        view.frameB = (b * joint.frames.b).template cast<double>();
+        view.gap = error.gap;
+        view.angle = error.angle;
+        const auto part = [](const Vec6<S>& impulse, int first) {
+            return Vec3d(impulse.template segment<3>(first).template cast<double>());
+        };
+        if (block.particles) {
+            view.impulses = {part(joint.impulseA, 0), part(joint.impulseA, 3), part(joint.impulseB, 0),
+                             part(joint.impulseB, 3)};
+        } else {
+            view.impulses = {part(joint.impulseA, 0), part(joint.impulseB, 0), Vec3d::Zero(), Vec3d::Zero()};
+            view.angularImpulse = part(joint.impulseB, 3);
+        }
+        view.impulse = view.impulses[1];
+        view.force = meanForce(view.impulse, dt);
+        view.torque = meanForce(view.angularImpulse, dt);
+    }
+    return views;
+}
+
+template std::vector<ContactView> World<float>::contacts() const;
+template std::vector<ContactView> World<double>::contacts() const;
+template std::vector<JointView> World<float>::jointViews() const;
+template std::vector<JointView> World<double>::jointViews() const;
+
+}  // namespace cairn
