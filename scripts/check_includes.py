@@ -44,9 +44,8 @@ LAYERS = {
 # The headers in include/cairn, without their .hpp, by the lowest layer that may include them; the first line that
 # fits counts. They include each other by the same rule, and nothing else of the project.
 PUBLIC = [
-    ("base", ["check", "id", "input_error", "jobs", "mesh", "pose", "profile", "so3", "types", "version"]),
-    ("collision", ["collision_mesh", "height_field", "hull", "mass_properties", "material", "query_basics", "shape",
-                   "shapes"]),
+    ("base", ["id", "input_error", "jobs", "pose", "triangle_mesh", "types", "version"]),
+    ("collision", ["narrow_counts", "shape_query", "shapes"]),
     ("assets", ["assets", "assets/*"]),
     ("render", ["render", "render/*"]),
     ("engine/model", ["*"]),
@@ -385,7 +384,8 @@ def folder_graph(tree):
         left.remove(key)
         folder, public_layer = key
         lines = sum(tree.texts[file].count("\n") for file in rows[key])
-        label = f"{folder} for {'engine' if public_layer == 'engine/model' else public_layer}" if public_layer else folder
+        shared = sum(other == folder for other, _ in rows) > 1  # the folder's headers are of several layers
+        label = f"{folder}, from {public_layer} on" if shared else folder
         picture_rows.append((key, label, len(rows[key]), lines))
     return picture_rows, {pair: (count, pair in wrong) for pair, count in arrows.items()}
 

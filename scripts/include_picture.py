@@ -3,7 +3,7 @@ down stands on the right, what points up on the left, a wrong direction in red."
 from xml.sax.saxutils import escape
 
 ROW = 26          # height of a row, px
-BOX = 300         # width of a folder's box, px
+BOX = 360         # width of a folder's box, px
 SPREAD = 15       # by which an arc stands out for each row that it passes, px
 COLOURS = ["#1f6f8b", "#b8562b", "#4f7d3a", "#7a4f9a", "#8a7a1f", "#3f5fb0", "#a03f6a", "#2f8a78", "#7d5a3a", "#5a5a6a"]
 
