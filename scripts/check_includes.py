@@ -403,12 +403,12 @@ def check_lines(tree, arguments):
     return bool(functions and arguments.max_function is not None) or bool(files and arguments.max_file is not None)
 
 
-def check_arrows(tree):
+def check_arrows(tree, notes):
     findings = (tree.findings + direction_findings(tree) + file_circle_findings(tree) +
                 folder_circle_findings(tree))
     for finding in sorted(findings):
         print(f"{finding.file}:{finding.line}: {finding.words}")
-    for a, b in both_ways(tree):
+    for a, b in both_ways(tree) if notes else ():
         print(f"note: files of {a} and of {b} include each other, in no circle")
     folders = {posixpath.dirname(file) for file in tree.texts}
     print(f"includes: {len(tree.texts)} files in {len(folders)} folders, {len(tree.arrows)} arrows, "
@@ -422,6 +422,8 @@ def main(words=None):
                         help="the tree (default: the one that this script lies in)")
     parser.add_argument("--layers", type=pathlib.Path, help="a JSON file with other tables than this script's")
     parser.add_argument("--draw", type=pathlib.Path, metavar="FILE", help="draws the folders: FILE.svg or FILE.dot")
+    parser.add_argument("--notes", action="store_true",
+                        help="says too which folders include each other both ways, though in no circle")
     parser.add_argument("--lines", action="store_true", help="long functions and files instead of includes")
     parser.add_argument("--max-function", type=int, metavar="N", help="as --lines; fails on a function over N lines")
     parser.add_argument("--max-file", type=int, metavar="N", help="as --lines; fails on a file over N lines")
@@ -438,7 +440,7 @@ def main(words=None):
         arguments.draw.write_text(draw(*folder_graph(tree)), encoding="utf-8")
     if arguments.lines or arguments.max_function is not None or arguments.max_file is not None:
         return int(check_lines(tree, arguments))
-    return int(check_arrows(tree))
+    return int(check_arrows(tree, arguments.notes))
 
 
 if __name__ == "__main__":

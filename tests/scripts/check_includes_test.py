@@ -119,7 +119,7 @@ class Arrows(TreeTest):
                     "circle of folders: engine/solve/auto -> engine/solve/velocity/ -> engine/solve/auto")
 
     def test_a_folder_may_stand_between_two_units_beside_it(self):
-        code, words = self.run_on({})
+        code, words = self.run_on({}, "--notes")
         self.assertEqual(code, 0)
         self.assertIn("note: files of engine/solve and of engine/solve/velocity include each other", words)
 
