@@ -1,5 +1,6 @@
 #include <cairn/demos/advice/bench.hpp>
 #include <cairn/demos/advice/measure.hpp>
+#include <cairn/demos/run.hpp>
 
 #include <algorithm>
 #include <cmath>
