@@ -1,0 +1,34 @@
+#pragma once
+// One run of one scene, in a process of its own: times, memory, allocations, and what the steps reported.
+#include "core_scenes.hpp"
+
+#include <optional>
+
+namespace cairn::bench {
+
+struct Case {
+    const Scene* scene = nullptr;
+    int count = 0;
+    int steps = 0;
+    std::string solver;
+    bool floats = false;
+    int threads = 1;
+    bool cpuClock = true;
+    bool apart = false;  // the same bodies where none touches another: what they take then is not the contacts'
+};
+
+// What a child process tells its parent: plain bytes. Times in s.
+struct Outcome {
+    int bodies, contacts, joints, flagged;
+    // Of a step but for `build`. Of the last quarter of the steps: mean and least.
+    double build, first, mean, median, p99, worst, late, least;
+    double memory;            // bytes that the world made resident
+    double allocations;       // a step of the last quarter; one thread only
+    double penetration, gap;  // m, worst of the run: as reported; as the poses have it
+    std::uint64_t state;      // of all poses at the end: equal for equal bits
+};
+
+// Runs it in a child process: neither memory nor threads of one run reach the next, and a crash costs one row (none).
+std::optional<Outcome> measure(const Case& c);
+
+}  // namespace cairn::bench

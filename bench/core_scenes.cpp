@@ -1,0 +1,197 @@
+#include "core_scenes.hpp"
+
+#include <cmath>
+
+namespace cairn::bench {
+namespace {
+
+class Random {  // the same numbers with every compiler and library
+public:
+    double uniform(double low, double high) {
+        state_ = state_ * 6364136223846793005ull + 1442695040888963407ull;
+        return low + (high - low) * static_cast<double>(state_ >> 11) * 0x1p-53;
+    }
+
+private:
+    std::uint64_t state_ = 1;
+};
+
+// Place i of n on a square grid about the origin, on the plane y = 0.
+Vec3d onSquare(int i, int n, double pitch) {
+    const int side = static_cast<int>(std::ceil(std::sqrt(n)));
+    return pitch * Vec3d(i % side - 0.5 * (side - 1), 0, i / side - 0.5 * (side - 1));
+}
+
+void addBoxes(Filler& world, int n, bool awake) {
+    world.addFloor();
+    for (int i = 0; i < n; ++i) {
+        world.add({.shapes = {box(Vec3d::Constant(0.5))},
+                   .position = onSquare(i, n, 2) + Vec3d(0, 0.5, 0),
+                   .mass = 1,
+                   .awake = awake});
+    }
+}
+
+void addFallingBall(Filler& world) {
+    world.add({.shapes = {sphere(0.5)}, .position = Vec3d(0, 30, 0), .mass = 1});  // lands after 148 steps
+}
+
+void grid(Filler& world, int n) {
+    addBoxes(world, n, true);
+}
+
+void pyramid(Filler& world, int rows) {
+    world.addFloor();
+    for (int row = 0; row < rows; ++row) {
+        for (int i = 0; i < rows - row; ++i) {
+            world.add({.shapes = {box(Vec3d::Constant(0.5))},
+                       .position = Vec3d(1.05 * (i - 0.5 * (rows - row - 1)), row + 0.5, 0),
+                       .mass = 1});
+        }
+    }
+}
+
+// Boxes, balls and capsules in equal parts, layer upon layer, let go into a bin 12 m wide.
+void pile(Filler& world, int n) {
+    world.addFloor();
+    for (const double side : {-1.0, 1.0}) {
+        world.addStatic(Vec3d(0.5, 20, 7), Vec3d(6.5 * side, 20, 0));
+        world.addStatic(Vec3d(6, 20, 0.5), Vec3d(0, 20, 6.5 * side));
+    }
+    Random random;
+    for (int i = 0; i < n; ++i) {
+        const double size = random.uniform(0.3, 0.5);
+        Shape shape = sphere(size);
+        if (i % 3 == 0) {
+            shape = box(size * Vec3d(0.7, 0.55, 0.6));
+        } else if (i % 3 == 1) {
+            shape = capsule(0.5 * size, 0.5 * size);
+        }
+        const Vec3d shift(random.uniform(-0.05, 0.05), 0.8 + 1.2 * (i / 100), random.uniform(-0.05, 0.05));
+        const Vec3d turn(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2));
+        world.add({.shapes = {shape},
+                   .position = onSquare(i % 100, 100, 1.2) + shift,
+                   .rotation = Quatd(Eigen::AngleAxisd(turn.norm(), turn.normalized()))});
+    }
+}
+
+// Heights and half widths in m, of a doll that stands on y = 0.
+struct Limb {
+    int parent;    // place in the table; -1: none
+    double joint;  // height of its ball joint to the parent
+    double x, low, high, halfWidth, halfDepth;
+    double share;  // of the doll's 75 kg
+};
+
+constexpr Limb limbs[] = {
+    {-1, 0.00, 0, 0.93, 1.05, 0.15, 0.09, 0.112},        // pelvis
+    {0, 1.05, 0, 1.05, 1.22, 0.14, 0.09, 0.163},         // belly
+    {1, 1.22, 0, 1.22, 1.49, 0.16, 0.10, 0.160},         // chest
+    {2, 1.49, 0, 1.49, 1.75, 0.08, 0.09, 0.069},         // head
+    {2, 1.43, -0.226, 1.11, 1.43, 0.045, 0.045, 0.027},  // right arm
+    {4, 1.11, -0.226, 0.85, 1.11, 0.038, 0.038, 0.016},  //
+    {5, 0.85, -0.226, 0.66, 0.85, 0.020, 0.042, 0.006},  //
+    {0, 0.93, -0.087, 0.50, 0.93, 0.075, 0.075, 0.142},  // right leg
+    {7, 0.50, -0.087, 0.07, 0.50, 0.055, 0.055, 0.043},  //
+    {8, 0.07, -0.087, 0.00, 0.07, 0.045, 0.133, 0.014},  //
+    {2, 1.43, 0.226, 1.11, 1.43, 0.045, 0.045, 0.027},   // left arm
+    {10, 1.11, 0.226, 0.85, 1.11, 0.038, 0.038, 0.016},  //
+    {11, 0.85, 0.226, 0.66, 0.85, 0.020, 0.042, 0.006},  //
+    {0, 0.93, 0.087, 0.50, 0.93, 0.075, 0.075, 0.142},   // left leg
+    {13, 0.50, 0.087, 0.07, 0.50, 0.055, 0.055, 0.043},  //
+    {14, 0.07, 0.087, 0.00, 0.07, 0.045, 0.133, 0.014},  //
+};
+
+void addDoll(Filler& world, const Vec3d& middle, const Quatd& rotation) {
+    std::vector<BodyId> ids;
+    for (const Limb& limb : limbs) {
+        const auto at = [&](double height) -> Vec3d { return middle + rotation * Vec3d(limb.x, height - 0.9, 0); };
+        ids.push_back(world.add({.shapes = {box({limb.halfWidth, 0.5 * (limb.high - limb.low), limb.halfDepth})},
+                                 .position = at(0.5 * (limb.low + limb.high)),
+                                 .rotation = rotation,
+                                 .mass = 75 * limb.share}));
+        if (limb.parent >= 0) {
+            world.add(
+                BallDef{.a = ids[static_cast<std::size_t>(limb.parent)], .b = ids.back(), .anchor = at(limb.joint)});
+        }
+    }
+}
+
+void dolls(Filler& world, int n) {
+    world.addFloor();
+    for (int i = 0; i < 8; ++i) {
+        const double height = 0.25 * (8 - i);
+        world.addStatic(Vec3d(0.2, 0.5 * height, 2.5), Vec3d(0.4 * i - 1.4, 0.5 * height, 0));
+    }
+    Random random;
+    for (int i = 0; i < n; ++i) {
+        const Eigen::AngleAxisd heading(random.uniform(-3, 3), Vec3d::UnitY());
+        const Eigen::AngleAxisd lean(random.uniform(0.3, 1.2), Vec3d::UnitX());
+        const Vec3d middle(random.uniform(-1.1, -0.2), 4 + 2.2 * (i / 2), i % 2 == 0 ? -1.2 : 1.2);
+        addDoll(world, middle, Quatd(heading * lean));
+    }
+}
+
+// Its knots do not collide: the cost is the joints'.
+void net(Filler& world, int side) {
+    std::vector<BodyId> ids;
+    const auto place = [&](int i) { return Vec3d(0.5 * (i % side), 10, 0.5 * (i / side)); };
+    for (int i = 0; i < side * side; ++i) {
+        const bool hung = i == 0 || i == side - 1;
+        ids.push_back(world.add({.type = hung ? BodyType::Static : BodyType::Dynamic,
+                                 .shapes = {box(Vec3d::Constant(0.08))},
+                                 .position = place(i),
+                                 .mass = hung ? 0.0 : 1.0,
+                                 .filter = {.mask = 0}}));
+        const auto tie = [&](int other) {
+            world.add(BallDef{
+                .a = ids[static_cast<std::size_t>(other)], .b = ids.back(), .anchor = 0.5 * (place(other) + place(i))});
+        };
+        if (i % side > 0) {
+            tie(i - 1);
+        }
+        if (i >= side) {
+            tie(i - side);
+        }
+    }
+}
+
+void statics(Filler& world, int n) {
+    for (int i = 0; i < n; ++i) {
+        world.addStatic(Vec3d::Constant(0.5), onSquare(i, n, 4));
+    }
+    addFallingBall(world);
+}
+
+void sleepers(Filler& world, int n) {
+    addBoxes(world, n, false);
+    addFallingBall(world);
+}
+
+constexpr Scene sceneTable[] = {
+    {"grid", grid, 10000, 60, false, "boxes, each alone on the floor, awake"},
+    {"pyramid", pyramid, 100, 100, false, "rows of boxes at rest"},
+    {"pile", pile, 2000, 240, false, "boxes, balls and capsules let go into a bin"},
+    {"dolls", dolls, 8, 180, false, "ragdolls dropped on stairs"},
+    {"net", net, 6, 180, false, "knots a side, hung by two corners and let go flat"},
+    {"statics", statics, 100000, 120, true, "static boxes far apart and one falling ball"},
+    {"sleepers", sleepers, 100000, 120, true, "sleeping boxes on the floor and one falling ball"},
+    {"build", grid, 100000, 4, false, "boxes as in grid: time to build, and a few steps"},
+};
+
+}  // namespace
+
+void Filler::addStatic(const Vec3d& half, const Vec3d& position) {
+    add({.type = BodyType::Static, .shapes = {box(half)}, .position = position});
+}
+
+// A box and not a half-space, which not every engine has: the scenes stay such as others can run.
+void Filler::addFloor() {
+    addStatic(Vec3d(500, 1, 500), Vec3d(0, -1, 0));
+}
+
+std::span<const Scene> scenes() {
+    return sceneTable;
+}
+
+}  // namespace cairn::bench
