@@ -1,4 +1,6 @@
 // The command `cairn`.
+#include <cairn/version.hpp>
+
 #include "command/command.hpp"
 
 #include <cstdio>
@@ -14,6 +16,7 @@ int complain(const std::string& words) {
 
 int main(int argc, char** argv) {
     CLI::App app("Rigid-body physics whose error is known: runs, measures and draws scenes.", "cairn");
+    app.set_version_flag("--version", std::string("cairn ") + cairn::version);
     app.require_subcommand(1);
     std::vector<std::pair<CLI::App*, cairn::Action>> commands;
     const auto add = [&](const char* name, const char* help, cairn::Action (*addOptions)(CLI::App&)) {

@@ -79,7 +79,7 @@ int Recording::stepOfFrame(int frame) const {
 }
 
 std::string engineVersion() {
-    return CAIRN_VERSION;
+    return version;
 }
 
 std::string engineBuild() {

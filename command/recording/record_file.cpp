@@ -174,8 +174,8 @@ void requireVersion(const Place& place, const std::string& file, bool anyVersion
                       "; replay it with the version that recorded it (" +
                       (place.json().contains("version") ? place.json()["version"].dump() : "unknown") + ")");
     }
-    if (const std::string version = place.at("version").text(); version != engineVersion() && !anyVersion) {
-        throw InputError(file + ":/version", "\"" + version + "\"",
+    if (const std::string made = place.at("version").text(); made != engineVersion() && !anyVersion) {
+        throw InputError(file + ":/version", "\"" + made + "\"",
                          "this is version " + engineVersion() +
                              ", which may compute other bits; replay it with the version that recorded it, or add "
                              "--any-version to see what has changed");

@@ -1,0 +1,151 @@
+// What a step says of itself is true of the poses at its end: its depth against the narrow phase asked anew of all
+// pairs, and every body's change of momentum against the impulses that contacts and joints say they gave.
+#include "base/so3.hpp"
+#include "collision/narrow_phase/narrow_phase.hpp"
+#include "demos/demos.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace cairn {
+namespace {
+
+using Pair = std::pair<std::size_t, std::size_t>;
+
+std::set<Pair> joinedPairs(const Scene& scene) {
+    std::set<Pair> pairs;
+    for (const SceneJoint& joint : scene.joints) {
+        std::visit(
+            [&](const auto& def) {
+                if (!def.collide) {
+                    pairs.insert({std::min(def.a.index, def.b.index), std::max(def.a.index, def.b.index)});
+                }
+            },
+            joint.def);
+    }
+    return pairs;
+}
+
+// m: the deepest point of any two bodies that may collide, by a narrow phase that remembers nothing.
+double trueDepth(const Scene& scene, const std::set<Pair>& joined, const Simulation& simulation) {
+    double deepest = 0;
+    std::vector<Aabb> boxes;
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        boxes.push_back(bounds(scene.bodies[i].shapes, simulation.pose(i)));
+    }
+    std::vector<Manifold> manifolds;
+    NarrowCounts counts;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        for (std::size_t a = 0; a < b; ++a) {
+            const BodyDef& bodyA = scene.bodies[a];
+            const BodyDef& bodyB = scene.bodies[b];
+            if ((bodyA.type != BodyType::Dynamic && bodyB.type != BodyType::Dynamic) || bodyA.shapes.empty() ||
+                bodyB.shapes.empty() || !boxes[a].overlaps(boxes[b]) || !filtersAgree(bodyA.filter, bodyB.filter) ||
+                joined.count({a, b}) > 0) {
+                continue;
+            }
+            PairCache cache;
+            manifolds.clear();
+            collide(bodyA.shapes, bodyB.shapes, relativePose(simulation.pose(a), simulation.pose(b)), 0, cache,
+                    manifolds, counts);
+            for (const Manifold& manifold : manifolds) {
+                for (int k = 0; k < manifold.count; ++k) {
+                    deepest = std::max(deepest, -manifold.points[static_cast<std::size_t>(k)].separation);
+                }
+            }
+        }
+    }
+    return deepest;
+}
+
+Scene restless(const std::string& name, const std::string& solver) {
+    Scene scene = makeScene(name);
+    scene.world.sleep.enabled = false;
+    scene.world.solver.name = solver;
+    return scene;
+}
+
+int stepsOf(const Scene& scene) {
+    const int affordable = scene.bodies.size() > 150 ? 90 : 150;
+    return std::min(affordable, static_cast<int>(scene.seconds / scene.dt));
+}
+
+class StepTruth : public testing::TestWithParam<std::string> {};
+
+TEST_P(StepTruth, DepthIsThatOfThePosesAtTheEndOfTheStep) {
+    for (const char* solver : {"auto", "gauss_seidel"}) {
+        const Scene scene = restless(GetParam(), solver);
+        const std::set<Pair> joined = joinedPairs(scene);
+        const std::unique_ptr<Simulation> simulation = makeSimulation(scene);
+        double worst = 0;  // m
+        double deepest = 0;
+        for (int step = 0; step < stepsOf(scene); ++step) {
+            const double said = simulation->step(scene.dt).error.maxPenetration;
+            const double truth = trueDepth(scene, joined, *simulation);
+            deepest = std::max(deepest, truth);
+            worst = std::max(worst, scene.deformables.empty() ? std::abs(truth - said) : truth - said);
+        }
+        RecordProperty(solver, std::to_string(worst));
+        EXPECT_LE(worst, 1e-9) << solver << ", m, of a depth of up to " << deepest;
+    }
+}
+
+TEST_P(StepTruth, MomentumIsWhatTheImpulsesSay) {
+    for (const char* solver : {"auto", "direct", "gauss_seidel", "nncg", "jacobi"}) {
+        const Scene scene = restless(GetParam(), solver);
+        if (!scene.deformables.empty()) {
+            continue;
+        }
+        const std::unique_ptr<Simulation> simulation = makeSimulation(scene);
+        const std::size_t n = scene.bodies.size();
+        double worst = 0;  // N s
+        double scale = 0;
+        for (int step = 0; step < std::min(60, stepsOf(scene)); ++step) {
+            std::vector<Vec3d> before(n);
+            for (std::size_t i = 0; i < n; ++i) {
+                before[i] = simulation->linearVelocity(i);
+            }
+            const StepReport& report = simulation->step(scene.dt);
+            if (report.counts.heldBodies > 0 || !report.nonFinite.empty()) {
+                continue;
+            }
+            std::vector<Vec3d> impulse(n, Vec3d::Zero());
+            for (const ContactView& contact : simulation->contacts()) {
+                impulse[simulation->indexOf(contact.a)] -= contact.impulse;
+                impulse[simulation->indexOf(contact.b)] += contact.impulse;
+            }
+            for (const JointView& joint : simulation->jointViews()) {
+                impulse[simulation->indexOf(joint.a)] += joint.impulses[0];
+                impulse[simulation->indexOf(joint.b)] += joint.impulses[1];
+            }
+            for (std::size_t i = 0; i < n; ++i) {
+                const BodyDef& def = scene.bodies[i];
+                const bool isLocked = def.lockLinear[0] || def.lockLinear[1] || def.lockLinear[2];
+                if (def.type != BodyType::Dynamic || isLocked || def.linearDamping > 0) {
+                    continue;
+                }
+                const double m = simulation->mass(i);
+                const Vec3d explained = impulse[i] + m * def.gravityScale * scene.dt * scene.world.gravity;
+                const Vec3d gained = m * (simulation->linearVelocity(i) - before[i]);
+                worst = std::max(worst, (gained - explained).norm());
+                scale = std::max({scale, impulse[i].norm(), gained.norm()});
+            }
+        }
+        EXPECT_LE(worst, 1e-9 * std::max(1.0, scale)) << solver << ", N s";
+    }
+}
+
+std::vector<std::string> sceneNames() {
+    std::vector<std::string> names;
+    for (const BuiltinScene& scene : builtinScenes()) {
+        names.push_back(scene.name);
+    }
+    return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, StepTruth, testing::ValuesIn(sceneNames()),
+                         [](const testing::TestParamInfo<std::string>& info) { return info.param; });
+
+}  // namespace
+}  // namespace cairn
