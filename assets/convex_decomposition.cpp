@@ -43,10 +43,10 @@ public:
             for (std::size_t k = 0; k < 3; ++k) {
                 c[k] = mesh.vertices[static_cast<std::size_t>(t[k])] - low_;
             }
-            const Vec3d least = c[0].cwiseMin(c[1]).cwiseMin(c[2]);
-            const Vec3d most = c[0].cwiseMax(c[1]).cwiseMax(c[2]);
-            for (int i = cellOf(least.x(), 0); i <= cellOf(most.x(), 0); ++i) {
-                for (int k = cellOf(least.z(), 2); k <= cellOf(most.z(), 2); ++k) {
+            const Vec3d min = c[0].cwiseMin(c[1]).cwiseMin(c[2]);
+            const Vec3d max = c[0].cwiseMax(c[1]).cwiseMax(c[2]);
+            for (int i = cellOf(min.x(), 0); i <= cellOf(max.x(), 0); ++i) {
+                for (int k = cellOf(min.z(), 2); k <= cellOf(max.z(), 2); ++k) {
                     // Off the middle by an odd little, so that a line runs through no edge of a regular mesh.
                     const double x = (i + 0.5 + 1.3e-7) * size_;
                     const double z = (k + 0.5 + 2.9e-7) * size_;
@@ -243,10 +243,10 @@ struct Part {
     double excess() const { return hull - solid; }
 };
 
-void requireRange(const char* field, double value, double least, double most) {
-    if (!(value >= least && value <= most)) {
+void requireRange(const char* field, double value, double min, double max) {
+    if (!(value >= min && value <= max)) {
         throw InputError(std::string("decomposition.") + field, std::to_string(value),
-                         "give a number from " + std::to_string(least) + " to " + std::to_string(most));
+                         "give a number from " + std::to_string(min) + " to " + std::to_string(max));
     }
 }
 

@@ -205,14 +205,14 @@ std::vector<Vec3d> simplified(const std::vector<Vec3d>& points, double size, std
     while (chosen.size() < count) {
         const Polyhedron p = enclose(chosen, "qhull Qt");
         const auto outside = [&](const Vec3d& point) {
-            double most = -1;
+            double farthestOut = -1;
             for (const std::vector<int>& face : p.faces) {
                 const Vec3d& a = p.vertices[static_cast<std::size_t>(face[0])];
                 const Vec3d& b = p.vertices[static_cast<std::size_t>(face[1])];
                 const Vec3d& c = p.vertices[static_cast<std::size_t>(face[2])];
-                most = std::max(most, (b - a).cross(c - a).normalized().dot(point - a));
+                farthestOut = std::max(farthestOut, (b - a).cross(c - a).normalized().dot(point - a));
             }
-            return most;
+            return farthestOut;
         };
         const std::size_t next = farthest(points, outside);
         if (outside(points[next]) <= closeness * size) {
@@ -246,11 +246,11 @@ Shape convexHull(const std::vector<Vec3d>& points, int maxVertices) {
     const std::vector<Vec3d> distinct = withoutDoubles(points, closeness * size);
     simplex(distinct, size);
     Shape shape = makeShape(distinct, size);
-    const auto most = static_cast<std::size_t>(maxVertices);
-    if (most == 0 || shape.hull->vertices.size() <= most) {
+    const auto farthestOut = static_cast<std::size_t>(maxVertices);
+    if (farthestOut == 0 || shape.hull->vertices.size() <= farthestOut) {
         return shape;
     }
-    return makeShape(simplified(shape.hull->vertices, size, most), size);
+    return makeShape(simplified(shape.hull->vertices, size, farthestOut), size);
 }
 
 double convexHullVolume(const std::vector<Vec3d>& points) {

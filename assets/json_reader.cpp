@@ -39,13 +39,13 @@ struct Place {
 };
 
 std::string shown(const json& value) {
-    constexpr std::size_t most = 60;
+    constexpr std::size_t maxShown = 60;
     if (value.is_structured() && value.size() > 8) {
         return value.is_array() ? "a list of " + std::to_string(value.size()) + " values" : "an object";
     }
     std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
-    if (text.size() > most) {
-        text = text.substr(0, most) + "...";
+    if (text.size() > maxShown) {
+        text = text.substr(0, maxShown) + "...";
     }
     return text;
 }
@@ -141,12 +141,12 @@ private:
             fail(place, value, "a number", rule);
         }
         const double x = value.get<double>();
-        if (x < rule.least || (rule.above && x == rule.least)) {
-            fail(place, value, std::string("a number ") + (rule.above ? "above " : "of at least ") + shown(rule.least),
+        if (x < rule.min || (rule.above && x == rule.min)) {
+            fail(place, value, std::string("a number ") + (rule.above ? "above " : "of at least ") + shown(rule.min),
                  rule);
         }
-        if (x > rule.most || (rule.below && x == rule.most)) {
-            fail(place, value, std::string("a number ") + (rule.below ? "below " : "of at most ") + shown(rule.most),
+        if (x > rule.max || (rule.below && x == rule.max)) {
+            fail(place, value, std::string("a number ") + (rule.below ? "below " : "of at most ") + shown(rule.max),
                  rule);
         }
         return x;
@@ -155,8 +155,8 @@ private:
     template <class Integer>
     static void integer(const json& value, const Place& place, Integer& out, const Rule& rule) {
         Rule bounded = rule;
-        bounded.least = std::max(rule.least, static_cast<double>(std::numeric_limits<Integer>::min()));
-        bounded.most = std::min(rule.most, static_cast<double>(std::numeric_limits<Integer>::max()));
+        bounded.min = std::max(rule.min, static_cast<double>(std::numeric_limits<Integer>::min()));
+        bounded.max = std::min(rule.max, static_cast<double>(std::numeric_limits<Integer>::max()));
         const double x = number(value, place, bounded);
         if (x != std::floor(x)) {
             fail(place, value, "a whole number", rule);
@@ -207,7 +207,7 @@ private:
             out.name = value.get<std::string>();
         } else if (value.is_number()) {
             Rule atLeastZero = rule;
-            atLeastZero.least = 0;
+            atLeastZero.min = 0;
             integer(value, place, out.index, atLeastZero);
         } else {
             fail(place, value, "a body's name or index", rule);
@@ -249,11 +249,11 @@ private:
         if (!value.is_array()) {
             fail(place, value, "a list", rule);
         }
-        if (value.size() < rule.fewest) {
-            fail(place, value, "a list of at least " + std::to_string(rule.fewest), rule);
+        if (value.size() < rule.minItems) {
+            fail(place, value, "a list of at least " + std::to_string(rule.minItems), rule);
         }
         Rule ofElements = rule;
-        ofElements.fewest = 0;
+        ofElements.minItems = 0;
         out.resize(value.size());
         for (std::size_t i = 0; i < out.size(); ++i) {
             readValue(value[i], place.at(i), out[i], ofElements);

@@ -207,22 +207,22 @@ std::string printed(const json& value) {
 
 json numberSchema(const char* type, const Rule& rule) {
     json out = {{"type", type}};
-    if (std::isfinite(rule.least)) {
-        out[rule.above ? "exclusiveMinimum" : "minimum"] = rule.least;
+    if (std::isfinite(rule.min)) {
+        out[rule.above ? "exclusiveMinimum" : "minimum"] = rule.min;
     }
-    if (std::isfinite(rule.most)) {
-        out[rule.below ? "exclusiveMaximum" : "maximum"] = rule.most;
+    if (std::isfinite(rule.max)) {
+        out[rule.below ? "exclusiveMaximum" : "maximum"] = rule.max;
     }
     return out;
 }
 
-json listSchema(const json& items, std::size_t fewest, std::size_t most = SIZE_MAX) {
+json listSchema(const json& items, std::size_t minItems, std::size_t maxItems = SIZE_MAX) {
     json out = {{"type", "array"}, {"items", items}};
-    if (fewest > 0) {
-        out["minItems"] = fewest;
+    if (minItems > 0) {
+        out["minItems"] = minItems;
     }
-    if (most != SIZE_MAX) {
-        out["maxItems"] = most;
+    if (maxItems != SIZE_MAX) {
+        out["maxItems"] = maxItems;
     }
     return out;
 }
@@ -235,7 +235,7 @@ public:
         entry["description"] = rule.text;
         const json standard = valueOf(value);
         const bool inRange =
-            !standard.is_number() || (standard.get<double>() >= rule.least && std::isfinite(standard.get<double>()));
+            !standard.is_number() || (standard.get<double>() >= rule.min && std::isfinite(standard.get<double>()));
         if (!rule.required && inRange && !standard.is_null() && !standard.empty() && standard != "") {
             entry["default"] = standard;
         }
@@ -293,8 +293,8 @@ public:
     static json schemaOf(std::vector<T>&, const Rule& rule) {
         T element{};
         Rule ofElements = rule;
-        ofElements.fewest = 0;
-        return listSchema(schemaOf(element, ofElements), rule.fewest);
+        ofElements.minItems = 0;
+        return listSchema(schemaOf(element, ofElements), rule.minItems);
     }
     template <class T>
     static json schemaOf(std::optional<T>&, const Rule& rule) {

@@ -16,8 +16,7 @@ namespace cairn {
 
 namespace {
 
-// assimp reads forty formats; these are the ones whose readers stood up to thousands of damaged files (facts/collision
-// section 10).
+// assimp reads forty formats; these are the ones whose readers stood up to thousands of damaged files.
 constexpr std::array allowed = {".obj", ".stl", ".glb", ".gltf"};
 
 [[noreturn]] void fail(const std::filesystem::path& file, const std::string& value, const std::string& remedy) {

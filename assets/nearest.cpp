@@ -26,7 +26,7 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
 }
 
 constexpr std::size_t longestWord = 64;  // longer ones are no slip of the finger
-constexpr std::size_t mostListed = 24;
+constexpr std::size_t maxListed = 24;
 
 }  // namespace
 
@@ -34,11 +34,11 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
     std::string text;
     if (word.size() <= longestWord) {
         const std::string* best = nullptr;
-        std::size_t least = std::max<std::size_t>(1, word.size() / 2) + 1;
+        std::size_t smallest = std::max<std::size_t>(1, word.size() / 2) + 1;
         for (const std::string& candidate : known) {
             const std::size_t distance = editDistance(word, candidate);
-            if (distance < least) {
-                least = distance;
+            if (distance < smallest) {
+                smallest = distance;
                 best = &candidate;
             }
         }
@@ -46,7 +46,7 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
             text = "did you mean \"" + *best + "\"? ";
         }
     }
-    if (known.size() <= mostListed) {
+    if (known.size() <= maxListed) {
         text += known.empty() ? "there are none" : "known:";
         for (const std::string& candidate : known) {
             text += " " + candidate;

@@ -196,17 +196,17 @@ JointDef makeJoint(std::size_t index) {
 template <class A>
 void describe(A& a, SolverDef& d) {
     a.field("name", d.name, {"which solver; auto picks one for each island"});
-    a.field("iterations", d.iterations, {"sweeps or Newton rounds a sub-step; 0: the solver's default", 0, 1e6});
+    a.field("iterations", d.iterations, {"sweeps or Newton iterations a sub-step; 0: the solver's default", 0, 1e6});
     a.field("substeps", d.substeps, {"sub-steps a step; 0: the solver's default", 0, 1e6});
     a.field(
         "relaxation", d.relaxation,
-        {.text = "over-relaxation of a sweep, below 2; 0: the solver's default", .least = 0, .most = 2, .below = true});
+        {.text = "over-relaxation of a sweep, below 2; 0: the solver's default", .min = 0, .max = 2, .below = true});
     a.field("relaxationRule", d.relaxationRule,
             {"gauss_seidel, of four sweeps or more: by `relaxation`, by a measured spectral radius, or as it goes"});
     a.field("massSplitting", d.massSplitting, {"jacobi: without it the plain method, which may diverge"});
     a.field("chebyshev", d.chebyshev, {"jacobi: accelerated where no bound opens or shuts"});
     a.field("stiffness", d.stiffness,
-            {.text = "nonlinear_gs: share of an error that a sub-step removes", .least = 0, .most = 1, .above = true});
+            {.text = "nonlinear_gs: share of an error that a sub-step removes", .min = 0, .max = 1, .above = true});
     a.field("postStabilise", d.postStabilise,
             {"nonlinear_gs, avbd: errors are projected away after the sub-step, and leave no speed"});
     a.field("refreshRows", d.refreshRows, {"nonlinear_gs, xpbd: gradients are taken anew at every visit"});
@@ -216,7 +216,7 @@ void describe(A& a, SolverDef& d) {
     a.field("clusterSize", d.clusterSize, {"cluster: most bodies solved exactly together; 0: the default", 0, 1e6});
     a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
     a.field("tolerance", d.tolerance, {"m/s: the direct solver ends below it; 0: the solver's default", 0});
-    a.field("linearSolver", d.linearSolver, {"direct: how the linear systems of its rounds are solved"});
+    a.field("linearSolver", d.linearSolver, {"direct: how the linear systems of its iterations are solved"});
     a.field("directWork", d.directWork, {"most multiply-adds of one island's factor under auto; 0: the default", 0});
     a.field("gyroscopicInertia", d.gyroscopicInertia,
             {"whether the solve meets a spinning body's resistance to being tipped; not for auto and direct"});
@@ -233,27 +233,29 @@ template <class A>
 void describe(A& a, AccuracyDef& d) {
     a.field("position", d.position, {"m: error of a step that islands are solved again for; 0: not asked", 0});
     a.field("velocity", d.velocity, {"m/s: the same for speeds; 0: not asked", 0});
-    a.field("mostPieces", d.mostPieces, {"that a step is cut into at most, to get there", 1, 1024});
+    a.field("maxSubdivisions", d.maxSubdivisions, {"subdivisions of a step at most, to get there", 1, 1024});
     a.field("coulomb", d.coulomb, {"whether the natural map of Coulomb's law is reported"});
     a.field("budget", d.budget, {"s a step, under auto: the best that fits; 0: not asked", 0});
-    a.field("effort", d.effort, {"0 to 11: what a budget chose, taken again; -1: none", -1, 11});
-    a.field("mostWork", d.mostWork, {"visits of rows that a step may take, under auto; 0: no bound", 0});
+    a.field("qualityLevel", d.qualityLevel, {"0 to 11: what a budget chose, taken again; -1: none", -1, 11});
+    a.field("maxWork", d.maxWork, {"visits of rows that a step may take, under auto; 0: no bound", 0});
 }
 
 template <class A>
 void describe(A& a, WorldFields& w) {
     a.field("gravity", w.def.gravity, {"m/s2"});
-    a.field("dt", w.dt, {.text = "s, length of a step, at most 1", .least = 0, .most = 1, .above = true});
+    a.field("dt", w.dt, {.text = "s, length of a step, at most 1", .min = 0, .max = 1, .above = true});
     a.field("solver", w.def.solver, {"which solver, and its numbers"});
     a.field("accuracy", w.def.accuracy, {"how wrong a step may be, or how long it may take"});
     a.field("sleep", w.def.sleep, {"when bodies stop being computed"});
     a.field("gyroscopic", w.def.gyroscopic, {"how the spin of a body with unequal moments of inertia turns"});
     a.field("threads", w.def.threads, {"worker threads; they never change the result", 1, 1024});
     a.field("contactMargin", w.def.contactMargin, {"m: gap at which contacts are looked for", 0});
-    a.field("stillDistance", w.def.stillDistance,
+    a.field("manifoldReuseDistance", w.def.manifoldReuseDistance,
             {"m: bodies that moved no farther against each other keep their contact points", 0});
     a.field("continuousShare", w.def.continuousShare,
-            {.text = "of its inner radius: a body that moves farther in a step is swept", .least = 0, .above = true});
+            {.text = "of its inner radius: a body that moves farther in a step gets continuous collision",
+             .min = 0,
+             .above = true});
     a.field("restitutionSpeed", w.def.restitutionSpeed, {"m/s: slower approaches do not bounce", 0});
     a.field("maxPushOutSpeed", w.def.maxPushOutSpeed, {"m/s: penetration is pushed out no faster", 0});
 }
@@ -263,13 +265,13 @@ void describe(A& a, SceneView& v) {
     a.field("eye", v.eye, {"m, where the camera is"});
     a.field("target", v.target, {"m, what it looks at"});
     a.field("fov", v.fov,
-            {.text = "degrees, vertical opening, below 180", .least = 0, .most = 180, .above = true, .below = true});
+            {.text = "degrees, vertical opening, below 180", .min = 0, .max = 180, .above = true, .below = true});
 }
 
 inline constexpr Rule frictionRule = {"sliding Coulomb coefficient", 0};
 inline constexpr Rule staticFrictionRule = {"sticking Coulomb coefficient, at least friction; left out: the same", 0};
 inline constexpr Rule restitutionRule = {"share of the approach speed that a bounce gives back", 0, 1};
-inline constexpr Rule densityRule = {.text = "kg/m3", .least = 0, .above = true};
+inline constexpr Rule densityRule = {.text = "kg/m3", .min = 0, .above = true};
 
 template <class A>
 void describe(A& a, Material& m) {
@@ -280,7 +282,7 @@ void describe(A& a, Material& m) {
 }
 
 inline constexpr Rule lengthRule(const char* text) {
-    return {.text = text, .least = minShapeSize(), .required = true};
+    return {.text = text, .min = minShapeSize(), .required = true};
 }
 
 template <class A>
@@ -304,17 +306,17 @@ void describe(A& a, EllipsoidFields& s) {
     a.field("radii", s.radii, lengthRule("m, semi-axes"));
 }
 
-inline constexpr Rule scaleRule = {.text = "factor on what the file holds, to m", .least = 0, .above = true};
+inline constexpr Rule scaleRule = {.text = "factor on what the file holds, to m", .min = 0, .above = true};
 
 template <class A>
 void describe(A& a, HullFields& s) {
-    a.field("points", s.points, {.text = "m; the hull around them is made", .fewest = 4});
+    a.field("points", s.points, {.text = "m; the hull around them is made", .minItems = 4});
     a.field("file", s.file, {"mesh file (obj, stl, glb, gltf) whose vertices are the points"});
     a.field("scale", s.scale, scaleRule);
     a.field("maxVertices", s.maxVertices, {"most vertices, at least 4; 0: as many as there are", 0});
-    a.field("vertices", s.vertices, {.text = "m, of a hull that is known already", .fewest = 4});
+    a.field("vertices", s.vertices, {.text = "m, of a hull that is known already", .minItems = 4});
     a.field("faces", s.faces,
-            {.text = "loops of vertex indices, counter-clockwise seen from outside", .least = 0, .fewest = 4});
+            {.text = "loops of vertex indices, counter-clockwise seen from outside", .min = 0, .minItems = 4});
     a.oneOf({"points", "file", "vertices"});
     a.together("vertices", "faces");
 }
@@ -323,9 +325,9 @@ template <class A>
 void describe(A& a, MeshFields& s) {
     a.field("file", s.file, {"mesh file (obj, stl, glb, gltf)"});
     a.field("scale", s.scale, scaleRule);
-    a.field("vertices", s.vertices, {.text = "m", .fewest = 3});
+    a.field("vertices", s.vertices, {.text = "m", .minItems = 3});
     a.field("triangles", s.triangles,
-            {.text = "vertex indices, counter-clockwise seen from outside", .least = 0, .fewest = 1});
+            {.text = "vertex indices, counter-clockwise seen from outside", .min = 0, .minItems = 1});
     a.oneOf({"file", "vertices"});
     a.together("vertices", "triangles");
 }
@@ -333,10 +335,10 @@ void describe(A& a, MeshFields& s) {
 template <class A>
 void describe(A& a, HeightfieldFields& s) {
     a.field("file", s.file, {"text file: a line a row, numbers parted by commas or blanks; nan is a hole"});
-    a.field("scale", s.scale, {.text = "factor on the heights, to m", .least = 0, .above = true});
+    a.field("scale", s.scale, {.text = "factor on the heights, to m", .min = 0, .above = true});
     a.field(
         "heights", s.heights,
-        {.text = "m, along y, null for a hole; rows run along +z, their numbers along +x, all centred", .fewest = 2});
+        {.text = "m, along y, null for a hole; rows run along +z, their numbers along +x, all centred", .minItems = 2});
     a.field("cellSize", s.cellSize, {"m between neighbouring heights", minShapeSize()});
     a.oneOf({"file", "heights"});
 }
@@ -397,7 +399,7 @@ void describe(A& a, BodyFields& b) {
     a.field("filter", d.filter, {"whom the body may hit"});
     a.field("tolerance", d.tolerance, {"m: position error allowed at its contacts and joints; 0: the world's", 0});
     a.field("continuous", d.continuous,
-            {"whether its way is searched for what it would pass through: auto, when it is fast for its size"});
+            {"whether its motion is searched for what it would pass through: auto, when it is fast for its size"});
     a.field("canSleep", d.canSleep, {"whether it may fall asleep"});
     a.field("awake", d.awake, {"whether it starts awake"});
     a.field("shapes", b.shapes, {"its geometry"});
@@ -428,7 +430,7 @@ template <class A>
 void describe(A& a, AttachmentFields& f) {
     a.field("body", f.body, {.text = "the body that holds: its name, or its place in `bodies`", .required = true});
     a.field("position", f.def.position, {.text = "m, world at time 0", .required = true});
-    a.field("reach", f.def.reach, {"m: all particles so near are held; 0: the nearest alone", 0});
+    a.field("radius", f.def.radius, {"m: all particles so near are held; 0: the nearest alone", 0});
 }
 
 // What ropes, cloth and soft bodies share.
@@ -447,10 +449,9 @@ void describe(A& a, RopeDef& d) {
     a.field("to", d.to, {.text = "m, world at time 0", .required = true});
     a.field("segments", d.segments, {"straight parts, one less than particles", 1, 1e6});
     a.field("radius", d.radius, {"m", minShapeSize()});
-    a.field("mass", d.mass, {.text = "kg, of the whole rope", .least = 0, .above = true});
-    a.field(
-        "stiffness", d.stiffness,
-        {.text = "N: force that would double its length; left out: it does not stretch", .least = 0, .above = true});
+    a.field("mass", d.mass, {.text = "kg, of the whole rope", .min = 0, .above = true});
+    a.field("stiffness", d.stiffness,
+            {.text = "N: force that would double its length; left out: it does not stretch", .min = 0, .above = true});
     describeParticles(a, d);
 }
 
@@ -459,7 +460,7 @@ void describe(A& a, GridFields& g) {
     a.field("corner", g.corner, {.text = "m", .required = true});
     a.field("u", g.u, {.text = "m, one side", .required = true});
     a.field("v", g.v, {.text = "m, the other side", .required = true});
-    a.field("cells", g.cells, {.text = "along u and v", .least = 1, .most = 10000, .required = true});
+    a.field("cells", g.cells, {.text = "along u and v", .min = 1, .max = 10000, .required = true});
 }
 
 template <class A>
@@ -470,9 +471,9 @@ void describe(A& a, ClothFields& f) {
     a.field("rotation", f.pose.rotation, {"quaternion x, y, z, w of the mesh or grid at time 0"});
     ClothDef& d = f.def;
     a.field("radius", d.radius, {"m, half its thickness", minShapeSize()});
-    a.field("mass", d.mass, {.text = "kg, of the whole sheet", .least = 0, .above = true});
+    a.field("mass", d.mass, {.text = "kg, of the whole sheet", .min = 0, .above = true});
     a.field("stretchStiffness", d.stretchStiffness,
-            {.text = "N/m: Young's modulus times thickness", .least = 0, .above = true});
+            {.text = "N/m: Young's modulus times thickness", .min = 0, .above = true});
     a.field("bendStiffness", d.bendStiffness, {"N m: flexural rigidity", 0});
     describeParticles(a, d);
     a.oneOf({"mesh", "grid"});
@@ -484,11 +485,11 @@ void describe(A& a, SoftFields& f) {
     a.field("position", f.pose.position, {"m, of the surface at time 0"});
     a.field("rotation", f.pose.rotation, {"quaternion x, y, z, w of the surface at time 0"});
     SoftBodyDef& d = f.def;
-    a.field("cell", d.cell, {.text = "m, about the side of a cell", .least = 0, .above = true});
+    a.field("cell", d.cell, {.text = "m, about the side of a cell", .min = 0, .above = true});
     a.field("radius", d.radius, {"m, of its particles, which lie so deep below the surface", minShapeSize()});
     a.field("mass", d.mass, {"kg; 0: from the density", 0});
     a.field("density", d.density, densityRule);
-    a.field("youngModulus", d.youngModulus, {.text = "Pa", .least = 0, .above = true});
+    a.field("youngModulus", d.youngModulus, {.text = "Pa", .min = 0, .above = true});
     a.field("bulkModulus", d.bulkModulus, {"Pa, against changes of volume", 0});
     describeParticles(a, d);
 }
@@ -505,12 +506,12 @@ void describe(A& a, DeformableFields& f) {
 
 template <class A>
 void describe(A& a, SceneFile& s) {
-    a.field("cairn", s.cairn, {.text = "version of this format", .least = version, .most = version, .required = true});
+    a.field("cairn", s.cairn, {.text = "version of this format", .min = version, .max = version, .required = true});
     a.field("$schema", s.schema, {"for editors; not read"});
     a.field("name", s.name, {"left out: the file's name"});
     a.field("description", s.description, {"what the scene is for"});
     a.field("seconds", s.seconds,
-            {.text = "s: how long a run lasts when nobody says otherwise", .least = 0, .above = true});
+            {.text = "s: how long a run lasts when nobody says otherwise", .min = 0, .above = true});
     a.field("view", s.view, {"where to look from"});
     a.field("world", s.world, {"what all bodies share"});
     a.field("materials", s.materials, {"surfaces and densities by name"});

@@ -1,6 +1,6 @@
 #pragma once
 // The rotation group SO(3): exponential map, logarithm, left Jacobian, quaternion update.
-// Seed sections 2.1.2, 2.1.3 and 2.2. Rotation vectors are axis times angle, in radians.
+// Theory sections 2.3 to 2.5. Rotation vectors are axis times angle, in radians.
 //
 // Every closed form here divides by a power of the angle. Below `smallAngle` the Taylor series is used instead; its
 // first dropped term is under the round-off of S, so the two branches meet without a step.
@@ -25,8 +25,8 @@ Mat3<S> hat(const Vec3<S>& v) {
     return m;
 }
 
-// exp: rotation vector (rad) to unit quaternion. As Hamilton quaternions exp((0, theta/2)); the sign convention of the
-// seed's 2.41-2.48 is corrected (facts, erratum 26).
+// exp: rotation vector (rad) to unit quaternion. As Hamilton quaternions exp((0, theta/2)), theory 2.11; the printed
+// source has another sign (theory erratum 26).
 template <class S>
 Quat<S> expQuat(const Vec3<S>& theta) {
     const S squared = theta.squaredNorm();
@@ -36,7 +36,7 @@ Quat<S> expQuat(const Vec3<S>& theta) {
     return Quat<S>(std::cos(half), sincHalf * theta.x(), sincHalf * theta.y(), sincHalf * theta.z());
 }
 
-// exp: rotation vector (rad) to rotation matrix (Rodrigues, seed 2.1.2).
+// exp: rotation vector (rad) to rotation matrix (Rodrigues, theory 2.4).
 template <class S>
 Mat3<S> expMatrix(const Vec3<S>& theta) {
     return expQuat(theta).toRotationMatrix();
@@ -56,7 +56,7 @@ Vec3<S> logQuat(const Quat<S>& q) {
     return vector * (S(2) * std::atan2(sine, w) / sine);
 }
 
-// Left Jacobian of SO(3): omega = J_L(theta) dtheta/dt (seed 2.1.3).
+// Left Jacobian of SO(3): omega = J_L(theta) dtheta/dt (theory 2.8).
 template <class S>
 Mat3<S> leftJacobian(const Vec3<S>& theta) {
     const S squared = theta.squaredNorm();
@@ -90,7 +90,7 @@ Mat3<S> leftJacobianInverse(const Vec3<S>& theta) {
     return Mat3<S>::Identity() - S(0.5) * k + c * k * k;
 }
 
-// q turned by the world-frame rotation vector theta (rad), renormalised (seed 2.2).
+// q turned by the world-frame rotation vector theta (rad), renormalised (theory 2.12).
 template <class S>
 Quat<S> rotated(const Quat<S>& q, const Vec3<S>& theta) {
     return (expQuat(theta) * q).normalized();

@@ -6,7 +6,7 @@
 #include "collision/broad_phase/broad_phase.hpp"
 #include "collision/narrow_phase/narrow_phase.hpp"
 #include "collision/queries/body_query.hpp"
-#include "collision/queries/sweep.hpp"
+#include "collision/queries/time_of_impact.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -51,9 +51,9 @@ void narrowPhase(benchmark::State& state, const Shape& a, const Shape& b) {
     };
     std::vector<Posed> poses;
     for (int i = 0; i < 64; ++i) {
-        const Vec3d way = Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized();
+        const Vec3d direction = Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized();
         const Vec3d turn(uniform(-2, 2), uniform(-2, 2), uniform(-2, 2));
-        poses.push_back({uniform(0.8, 1.1) * way, expQuat<double>(turn)});
+        poses.push_back({uniform(0.8, 1.1) * direction, expQuat<double>(turn)});
     }
     std::vector<PairCache> caches(poses.size());
     std::vector<Manifold> manifolds;

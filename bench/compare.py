@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Two builds of cairn_bench_core, before and after a change, measured in turns in one run.
 
-    bench/compare.py BEFORE AFTER [SCENE...] [--rounds 3] [--threads 1,2,4] [--steps N] [--float] [--json FILE]
+    bench/compare.py BEFORE AFTER [SCENE...] [--repeats 3] [--threads 1,2,4] [--steps N] [--float] [--json FILE]
 
 Of each program the best round counts (the one with the least mean), and the two take turns in who goes first, so that
 what disturbs the machine for a while disturbs both. A cell is: before, after, and how many times less. Scenes and
@@ -73,7 +73,7 @@ def main():
     parser.add_argument("before")
     parser.add_argument("after")
     parser.add_argument("scenes", nargs="*", default=SCENES)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--threads", default="1")
     parser.add_argument("--steps", type=int)
     parser.add_argument("--float", action="store_true")
@@ -88,7 +88,7 @@ def main():
     pairs, failed = [], False
     for scene in arguments.scenes:
         best = [{}, {}]
-        for turn in range(arguments.rounds):
+        for turn in range(arguments.repeats):
             for which in (0, 1) if turn % 2 == 0 else (1, 0):
                 for threads, row in measure(programs[which], scene, options).items():
                     kept = best[which].get(threads)

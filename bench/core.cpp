@@ -52,11 +52,11 @@ std::string label(const Case& c) {
     return text + (c.floats ? " float" : "");
 }
 
-// One row for each number of threads, its best of `rounds`, taken in turns so that what disturbs the machine for a
+// One row for each number of threads, its best of `iterations`, taken in turns so that what disturbs the machine for a
 // while disturbs all alike.
-std::vector<Row> measureRows(Case c, const std::vector<int>& threads, int rounds) {
+std::vector<Row> measureRows(Case c, const std::vector<int>& threads, int repeats) {
     std::vector<Row> rows(threads.size());
-    for (int round = 0; round < rounds; ++round) {
+    for (int round = 0; round < repeats; ++round) {
         for (std::size_t i = 0; i < threads.size(); ++i) {
             c.threads = threads[i];
             const std::optional<Outcome> out = measure(c);
@@ -95,7 +95,7 @@ void print(const Row& row) {
     const Outcome& o = row.out;
     std::printf("%-26s %3d %7d %8d %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %7.2f", label(row.run).c_str(),
                 row.run.threads, o.bodies, o.contacts, o.build, 1e3 * o.first, 1e3 * o.mean, 1e3 * o.median,
-                1e3 * o.p99, 1e3 * o.worst, 1e3 * o.late, 1e3 * o.least, row.bytesPerBody() / 1024);
+                1e3 * o.p99, 1e3 * o.worst, 1e3 * o.late, 1e3 * o.min, row.bytesPerBody() / 1024);
     const auto cell = [](int width, double x) {
         x < 0 ? std::printf(" %*s", width, "-") : std::printf(" %*.0f", width, x);
     };
@@ -126,7 +126,7 @@ void writeJson(std::FILE* file, const Row& row, bool last) {
     number("p99_ms", 1e3 * o.p99);
     number("worst_ms", 1e3 * o.worst);
     number("late_ms", 1e3 * o.late);
-    number("least_ms", 1e3 * o.least);
+    number("least_ms", 1e3 * o.min);
     number("speed_up", row.speedUp);
     number("bytes_per_body", row.bytesPerBody());
     number("bytes_per_point", row.bytesPerPoint(), row.apartMemory >= 0);
@@ -155,7 +155,7 @@ int run(int argc, char** argv) {
     std::vector<std::string> names = {
         "grid", "pyramid", "pyramid@gauss_seidel", "pile=200", "pile", "dolls", "net", "statics", "sleepers", "build"};
     std::vector<int> threads = {1};
-    int rounds = 1;
+    int repeats = 1;
     int steps = 0;
     bool floats = false;
     std::string jsonPath;
@@ -164,7 +164,7 @@ int run(int argc, char** argv) {
         ->delimiter(',')
         ->check(CLI::Range(1, 1024))
         ->capture_default_str();
-    app.add_option("--rounds", rounds, "runs of each, of which the best counts")
+    app.add_option("--rounds", repeats, "runs of each, of which the best counts")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app.add_option("--steps", steps, "in place of the scenes' own")->check(CLI::PositiveNumber);
@@ -186,7 +186,7 @@ int run(int argc, char** argv) {
         c.steps = steps > 0 ? steps : c.steps;
         c.floats = floats;
         c.cpuClock = threads == std::vector<int>{1};
-        const std::vector<Row> rows = measureRows(c, threads, rounds);
+        const std::vector<Row> rows = measureRows(c, threads, repeats);
         failed = failed || rows.empty();
         std::for_each(rows.begin(), rows.end(), print);
         all.insert(all.end(), rows.begin(), rows.end());

@@ -17,21 +17,21 @@ struct CheckArguments {
 };
 
 // Islands in the table; the rest in the JSON.
-constexpr std::size_t mostIslands = 10;
+constexpr std::size_t maxIslands = 10;
 
 // Sentences of one kind that are printed.
-constexpr int mostAlike = 3;
+constexpr int maxAlike = 3;
 
 void printFindings(const Diagnosis& diagnosis) {
     std::map<FindingKind, int> alike;
     for (const Finding& finding : diagnosis.findings) {
-        if (++alike[finding.kind] <= mostAlike) {
+        if (++alike[finding.kind] <= maxAlike) {
             std::printf("%s\n", finding.text.c_str());
         }
     }
     for (const auto& [kind, count] : alike) {
-        if (count > mostAlike) {
-            std::printf("and %d more of the kind %s (--json has all)\n", count - mostAlike, name(kind));
+        if (count > maxAlike) {
+            std::printf("and %d more of the kind %s (--json has all)\n", count - maxAlike, name(kind));
         }
     }
 }
@@ -56,7 +56,7 @@ void printIslands(const Diagnosis& diagnosis, double error, const Scene& scene, 
                          [](const auto* a, const auto* b) { return a->rows > b->rows; });
         std::vector<std::vector<std::string>> rows = {{"island of", "bodies", "rows", "spectral radius", "dominance",
                                                        "gauss_seidel", "jacobi", "nncg", "direct work", "solved<"}};
-        for (std::size_t i = 0; i < std::min(mostIslands, islands.size()); ++i) {
+        for (std::size_t i = 0; i < std::min(maxIslands, islands.size()); ++i) {
             const IslandForecast& island = *islands[i];
             rows.push_back({bodyName(scene, simulation, island.lowest), std::to_string(island.bodies),
                             std::to_string(island.rows), fixed(island.radius, 4), fixed(island.dominance, 3),
@@ -67,8 +67,8 @@ void printIslands(const Diagnosis& diagnosis, double error, const Scene& scene, 
             "\nislands of the next step; sweeps to an error of %s mm, from no forces; direct work in block "
             "multiply-adds\n%s",
             brief(1e3 * error).c_str(), table(rows).c_str());
-        if (islands.size() > mostIslands) {
-            std::printf("and %zu with no more rows (--json has all)\n", islands.size() - mostIslands);
+        if (islands.size() > maxIslands) {
+            std::printf("and %zu with no more rows (--json has all)\n", islands.size() - maxIslands);
         }
     }
     if (free > 0) {

@@ -1,7 +1,8 @@
 // cairn compare: one scene on Cairn and on other engines, each over its own dials, with the same errors taken from the
-// poses of the bodies; a table, the peers' fronts set against Cairn's, a plot. --all: so for the standard list.
+// poses of the bodies; a table, the reference engines' fronts set against Cairn's, a plot. --all: so for the standard
+// list.
 #include "command/command.hpp"
-#include "command/compare/peers.hpp"
+#include "command/compare/reference_engines.hpp"
 #include "command/studies/studies.hpp"
 
 #include <cstdio>
@@ -38,11 +39,11 @@ std::string ratioText(double ratio) {
     return std::isfinite(ratio) ? brief(ratio) : "none";
 }
 
-std::string fateOf(const PeerRun& run) {
+std::string fateOf(const ReferenceRun& run) {
     if (!run.finite) {
         return "went non-finite";
     }
-    return run.cut ? "too slow: cut after " + std::to_string(run.steps) + " steps" : "";
+    return run.truncated ? "too slow: truncated after " + std::to_string(run.steps) + " steps" : "";
 }
 
 std::string runTable(const Comparison& c) {
@@ -62,7 +63,8 @@ std::string runTable(const Comparison& c) {
     return table(rows);
 }
 
-// Of the points of peers' fronts: all, those that Cairn matches, and those that it does not where the scene failed.
+// Of the points of reference engines' fronts: all, those that Cairn matches, and those that it does not where the scene
+// failed.
 struct Tally {
     int points = 0;
     int matched = 0;
@@ -78,7 +80,7 @@ Tally tallyOf(const Comparison& c) {
     return tally;
 }
 
-// The points of peers' fronts that no setting of Cairn's matches, without those where the scene failed.
+// The points of reference engines' fronts that no setting of Cairn's matches, without those where the scene failed.
 std::vector<std::vector<std::string>> exceptionRows(const ComparedScene& compared) {
     const Comparison& c = compared.comparison;
     std::vector<std::vector<std::string>> rows;
@@ -111,9 +113,9 @@ Figure plotOf(const ComparedScene& compared) {
     for (std::size_t m = 0; m < c.measures.size(); ++m) {
         Panel panel{.title = c.measures[m].words,
                     .x = {.label = "ms a step", .logarithmic = true},
-                    .y = {.label = c.measures[m].words, .logarithmic = true, .least = 1e-10}};
+                    .y = {.label = c.measures[m].words, .logarithmic = true, .min = 1e-10}};
         for (const Compared& run : c.runs) {
-            if (run.run.cut) {
+            if (run.run.truncated) {
                 continue;
             }
             const std::string label = run.engine + (run.dial.empty() ? "" : ", " + run.dial);
@@ -144,7 +146,7 @@ nlohmann::ordered_json jsonOf(const ComparedScene& compared) {
             {"dial", run.dial},
             {"value", run.value},
             {"finite", run.run.finite},
-            {"cut", run.run.cut},
+            {"truncated", run.run.truncated},
             {"steps", run.run.steps},
             {"ms_per_step", {{"mean", run.run.meanMs}, {"p50", run.run.p50Ms}, {"p99", run.run.p99Ms}}}};
         for (std::size_t m = 0; m < c.measures.size(); ++m) {
@@ -291,7 +293,7 @@ Action addCompare(CLI::App& app) {
     app.add_option("--repeats", arguments->plan.repeats, "turns of all settings; the least cost of each counts")
         ->check(CLI::Range(1, 100))
         ->capture_default_str();
-    app.add_option("--limit", arguments->plan.mostSeconds, "s of processor time for a run; slower ones are cut")
+    app.add_option("--limit", arguments->plan.maxSeconds, "s of processor time for a run; slower ones are truncated")
         ->transform(timeUnit())
         ->check(CLI::Range(0.001, 1e6))
         ->capture_default_str();

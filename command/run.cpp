@@ -49,9 +49,10 @@ void printResult(const RunResult& r) {
                           .c_str());
     std::printf("at the end: %d contacts, %d of %d bodies awake, kinetic energy %s J\n", r.counts.contacts,
                 r.counts.awake, r.counts.bodies, brief(r.finalKineticEnergy).c_str());
-    if (r.attempts > 0) {
-        std::printf("work: %lld solutions of islands in %lld pieces, %lld rows\n", static_cast<long long>(r.attempts),
-                    static_cast<long long>(r.pieces), static_cast<long long>(r.rows));
+    if (r.solves > 0) {
+        std::printf("work: %lld solutions of islands in %lld subdivisions, %lld rows\n",
+                    static_cast<long long>(r.solves), static_cast<long long>(r.subdivisions),
+                    static_cast<long long>(r.rows));
     }
     for (const std::string& flag : flagNames(r.flags)) {
         std::printf("flag: %s\n", flag.c_str());
@@ -135,8 +136,8 @@ int concludeRun(const RunResult& result) {
     }
     if ((result.flags & FlagTolerance) != 0) {
         std::fprintf(stderr,
-                     "cairn: accuracy missed: a step erred by more than was asked; give it more pieces "
-                     "(accuracy.mostPieces), or a shorter dt\n");
+                     "cairn: accuracy missed: a step erred by more than was asked; give it more subdivisions "
+                     "(accuracy.maxSubdivisions), or a shorter dt\n");
         exitCode = exitBroken;
     }
     return exitCode;

@@ -56,11 +56,11 @@ void readState(const std::string& file, const Scene& scene, TuneResult& result) 
 std::string plot(const TuneResult& result) {
     constexpr int width = 64;
     constexpr int height = 15;
-    constexpr double most = 1e4;    // mm; what is beyond is drawn at the edge
-    constexpr double least = 1e-6;  // mm
+    constexpr double maxError = 1e4;   // mm; what is beyond is drawn at the edge
+    constexpr double minError = 1e-6;  // mm
     const auto across = [](const TuneEntry& entry) { return std::log10(entry.ms); };
     const auto up = [&](const TuneEntry& entry) {
-        return std::log10(std::clamp(1e3 * tuneError(result, entry), least, most));
+        return std::log10(std::clamp(1e3 * tuneError(result, entry), minError, maxError));
     };
     double left = 1e9;
     double right = -1e9;

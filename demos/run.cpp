@@ -97,18 +97,18 @@ void SceneRun::step() {
     r.peakContacts = std::max(r.peakContacts, report.counts.contacts);
     r.directIslands += report.counts.directIslands;
     r.sweptIslands += report.counts.sweptIslands;
-    r.newtonRounds += report.counts.newtonRounds;
+    r.newtonIterations += report.counts.newtonIterations;
     r.factorisations += report.counts.factorisations;
     r.unconverged += report.counts.unconverged;
     r.narrow += report.counts.narrow;
-    r.attempts += report.counts.attempts;
+    r.solves += report.counts.solves;
     for (const IslandReport& island : report.islands) {
-        r.pieces += island.pieces;
-        r.rows += static_cast<std::int64_t>(island.rows) * island.pieces;
+        r.subdivisions += island.subdivisions;
+        r.rows += static_cast<std::int64_t>(island.rows) * island.subdivisions;
     }
-    if (report.effort >= 0) {
-        r.efforts.push_back(report.effort);
-        r.mostWork.push_back(report.mostWork);
+    if (report.qualityLevel >= 0) {
+        r.qualityLevels.push_back(report.qualityLevel);
+        r.maxWork.push_back(report.maxWork);
     }
 }
 

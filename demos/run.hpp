@@ -38,15 +38,15 @@ struct RunResult {
     int peakContacts = 0;
     std::int64_t directIslands = 0;  // this and the rest: summed over the steps
     std::int64_t sweptIslands = 0;
-    std::int64_t newtonRounds = 0;
+    std::int64_t newtonIterations = 0;
     std::int64_t factorisations = 0;
     std::int64_t unconverged = 0;
-    std::int64_t attempts = 0;              // solutions of islands
-    std::int64_t pieces = 0;                // that islands' steps were cut into
-    std::int64_t rows = 0;                  // of islands, times their pieces: work that no clock distorts
+    std::int64_t solves = 0;                // solutions of islands
+    std::int64_t subdivisions = 0;          // that islands' steps were divided into
+    std::int64_t rows = 0;                  // of islands, times their subdivisions: work that no clock distorts
     std::optional<double> residualCoulomb;  // sqrt(J), worst
-    std::vector<int> efforts;               // of each step under a budget, for a replay; empty without
-    std::vector<double> mostWork;           // the same
+    std::vector<int> qualityLevels;         // of each step under a budget, for a replay; empty without
+    std::vector<double> maxWork;            // the same
     NarrowCounts narrow;
 
     double meanMs() const;  // of stepSeconds, ms

@@ -54,19 +54,19 @@ Json resultJson(const RunResult& r) {
                       {"rows", r.counts.rows},         {"peak_contacts", r.peakContacts}};
     json["work"] = {{"direct_islands", r.directIslands},
                     {"swept_islands", r.sweptIslands},
-                    {"newton_rounds", r.newtonRounds},
+                    {"newton_iterations", r.newtonIterations},
                     {"factorisations", r.factorisations},
                     {"unconverged", r.unconverged},
-                    {"attempts", r.attempts},
-                    {"pieces", r.pieces},
+                    {"solves", r.solves},
+                    {"subdivisions", r.subdivisions},
                     {"rows", r.rows},
                     {"narrow_shape_pairs", r.narrow.shapePairs},
                     {"narrow_completed", r.narrow.completed},
                     {"narrow_repaired_normals", r.narrow.repairedNormals},
                     {"narrow_repaired_failures", r.narrow.repairedFailures}};
-    if (!r.efforts.empty()) {
-        json["efforts"] = r.efforts;
-        json["most_work"] = r.mostWork;
+    if (!r.qualityLevels.empty()) {
+        json["quality_levels"] = r.qualityLevels;
+        json["max_work"] = r.maxWork;
     }
     json["flags"] = flagNames(r.flags);
     return json;

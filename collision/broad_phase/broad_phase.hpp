@@ -21,8 +21,7 @@ struct ProxyPair {
 
 class BroadPhase {
 public:
-    // fatMargin: how far a box is grown, m. 5 cm: 6 % of jittering bodies are asked again each step (facts/collision
-    // 5).
+    // fatMargin: how far a box is grown, m. 5 cm: 6 % of jittering bodies are asked again each step.
     explicit BroadPhase(double fatMargin = 0.05);
     ~BroadPhase();
     BroadPhase(BroadPhase&&) noexcept;
@@ -37,9 +36,9 @@ public:
     void add(ProxyId id, const Aabb& tight, bool isStatic);
     void remove(ProxyId id);
     bool contains(ProxyId id) const;
-    // Tells the new tight box; cheap when it stays within the fat one. `sweep` (m): this step's expected motion, by
-    // which a re-inserted fat box is stretched ahead.
-    void move(ProxyId id, const Aabb& tight, const Vec3d& sweep);
+    // Tells the new tight box; cheap when it stays within the fat one. `displacement` (m): this step's expected motion,
+    // by which a re-inserted fat box is stretched ahead.
+    void move(ProxyId id, const Aabb& tight, const Vec3d& displacement);
     void refilter(ProxyId id);  // its filter, or a joint of it, has changed
 
     // Brings pairs() up to date: re-inserts the bodies that left their fat boxes, asks the trees for those, and drops

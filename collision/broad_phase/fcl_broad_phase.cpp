@@ -295,13 +295,13 @@ bool BroadPhase::contains(ProxyId id) const {
     return id < impl_->proxies.size() && impl_->proxies[id];
 }
 
-void BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3d& sweep) {
+void BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3d& displacement) {
     Proxy& proxy = impl_->at(id);
     checkBox(tight);
-    CAIRN_CHECK(sweep.allFinite(), "a sweep must be finite");
+    CAIRN_CHECK(displacement.allFinite(), "a sweep must be finite");
     Aabb fresh = tight.grown(impl_->margin);
-    fresh.min += sweep.cwiseMin(0.0);
-    fresh.max += sweep.cwiseMax(0.0);
+    fresh.min += displacement.cwiseMin(0.0);
+    fresh.max += displacement.cwiseMax(0.0);
     const Aabb old = proxy.fat();
     if (old.contains(tight) && fresh.grown(spareMargins * impl_->margin).contains(old)) {
         return;
@@ -384,9 +384,9 @@ void BroadPhase::walk(double limit, Measure measure, Visitor visit) const {
 
 void BroadPhase::cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, double limit,
                       Visitor visit) const {
-    const BoxSweep sweep(origin, motion, halfExtents);
+    const MovingBox moving(origin, motion, halfExtents);
     walk(
-        limit, [&](const Vec3d& low, const Vec3d& high, double within) { return sweep.entry(low, high, within); },
+        limit, [&](const Vec3d& low, const Vec3d& high, double within) { return moving.entry(low, high, within); },
         visit);
 }
 

@@ -79,10 +79,10 @@ bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memor
             scratch.candidates.clear();
             clipToFace(scratch, 0, margin);
             // Apart, the nearest place may lie beside the face.
-            const double least = (takeB ? bestB : bestA) + slack + 0.02 * std::abs(bestFace);
+            const double limit = (takeB ? bestB : bestA) + slack + 0.02 * std::abs(bestFace);
             if (!scratch.candidates.empty() &&
                 (bestFace <= 0 ||
-                 std::ranges::any_of(scratch.candidates, [&](const Candidate& c) { return c.separation <= least; }))) {
+                 std::ranges::any_of(scratch.candidates, [&](const Candidate& c) { return c.separation <= limit; }))) {
                 fillManifold(scratch, scratch.face.normal, takeB ? 1 : 0, out);
                 return true;
             }

@@ -43,12 +43,12 @@ bool mprDirection(const Convex& a, const Convex& b, Vec3d& direction) {
     ccd.max_iterations = 100;
     ccd.mpr_tolerance = 1e-6;
     ccd_real_t depth = 0;
-    ccd_vec3_t way{};
+    ccd_vec3_t found{};
     ccd_vec3_t place{};
-    if (ccdMPRPenetration(&sideA, &sideB, &ccd, &depth, &way, &place) != 0 || sideA.calls >= supportLimit) {
+    if (ccdMPRPenetration(&sideA, &sideB, &ccd, &depth, &found, &place) != 0 || sideA.calls >= supportLimit) {
         return false;
     }
-    direction = Vec3d(way.v[0], way.v[1], way.v[2]);
+    direction = Vec3d(found.v[0], found.v[1], found.v[2]);
     const double length = direction.norm();
     if (!(length > 0.5)) {
         return false;

@@ -277,7 +277,7 @@ bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memor
 bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, double margin, Scratch& scratch,
                       WorkManifold& out) {
     int hint = 0;
-    const double lowest = -reach(b, -normal, hint) - offset;
+    const double lowest = -supportDistance(b, -normal, hint) - offset;
     if (!(lowest <= margin)) {
         return false;
     }

@@ -6,8 +6,8 @@
 namespace cairn {
 namespace {
 
-// A direction that takes overlapping shapes apart, with the points of the cores that touch last on the way.
-struct Way {
+// A direction that takes overlapping shapes apart, with the points of the cores that touch last along it.
+struct SeparatingDirection {
     Vec3d n;
     double depth = 1e300;
     GjkAnswer touch;
@@ -15,22 +15,23 @@ struct Way {
 
 // The least overlap by descent: push B out along n until GJK sees a gap, take the direction of the gap, repeat. Each
 // step can only lower the overlap, for any convex shapes; where n is that direction already it is a local minimum.
-void descend(const Convex& a, const Convex& b, double scale, int steps, OverlapOf& overlap, Way& way) {
+void descend(const Convex& a, const Convex& b, double scale, int steps, OverlapOf& overlap,
+             SeparatingDirection& direction) {
     const double gap = 0.01 * scale;
     for (int step = 0; step < steps; ++step) {
-        const Vec3d shift = (way.depth - a.radius - b.radius + gap) * way.n;
-        const GjkAnswer apart = gjk(a, b, way.n, shift, 1e300);
+        const Vec3d shift = (direction.depth - a.radius - b.radius + gap) * direction.n;
+        const GjkAnswer apart = gjk(a, b, direction.n, shift, 1e300);
         if (apart.state != GjkAnswer::State::Apart) {
             return;
         }
         const double next = overlap(apart.normal);
-        if (next > way.depth + 1e-9 * scale) {
+        if (next > direction.depth + 1e-9 * scale) {
             return;  // only round-off can raise it
         }
-        const double gain = way.depth - next;
-        way.n = apart.normal;
-        way.depth = next;
-        way.touch = apart;
+        const double gain = direction.depth - next;
+        direction.n = apart.normal;
+        direction.depth = next;
+        direction.touch = apart;
         if (gain < 1e-6 * scale) {
             return;
         }
@@ -42,25 +43,25 @@ constexpr double sameEnd = 1e-3;
 
 }  // namespace
 
-GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
-                 NarrowCounts& counts) {
+GjkAnswer minPenetration(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+                         NarrowCounts& counts) {
     OverlapOf overlap{a, b};
-    // The best few, so that an overlap whose least way is not proved is left from more than one side: descent finds
-    // local minima only.
+    // The best few, so that an overlap whose least direction is not proved is left from more than one side: descent
+    // finds local minima only.
     constexpr std::size_t few = 5;
-    std::array<Way, few> ways;
+    std::array<SeparatingDirection, few> directions;
     const auto attempt = [&](const Vec3d& n) {
         const double d = overlap(n);
         std::size_t k = few;
-        for (; k > 0 && d < ways[k - 1].depth; --k) {
+        for (; k > 0 && d < directions[k - 1].depth; --k) {
             if (k < few) {
-                ways[k].n = ways[k - 1].n;
-                ways[k].depth = ways[k - 1].depth;
+                directions[k].n = directions[k - 1].n;
+                directions[k].depth = directions[k - 1].depth;
             }
         }
         if (k < few) {
-            ways[k].n = n;
-            ways[k].depth = d;
+            directions[k].n = n;
+            directions[k].depth = d;
         }
     };
     const Vec3d centreA = centreOf(a);
@@ -80,39 +81,39 @@ GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double 
     const double length = line.norm();
     attempt(length > 1e-9 * scale ? Vec3d(line / length) : Vec3d::UnitY());
     // A pair that touched before has not gone far since: its old normal is as good a start as MPR's, and one is enough.
-    const bool known = remembers && ways[0].depth < 0.25 * scale;
+    const bool known = remembers && directions[0].depth < 0.25 * scale;
     double byMpr = 1e300;
     if (!known) {
-        Vec3d way;
-        if (mprDirection(a, b, way)) {
-            way = overlap(way) <= overlap(-way) ? way : Vec3d(-way);
-            byMpr = overlap(way);
-            attempt(way);
+        Vec3d direction;
+        if (mprDirection(a, b, direction)) {
+            direction = overlap(direction) <= overlap(-direction) ? direction : Vec3d(-direction);
+            byMpr = overlap(direction);
+            attempt(direction);
         } else {
             ++counts.repairedFailures;
         }
     }
     std::size_t best = 0;
     if (!known) {
-        Vec3d n = ways[0].n;
-        double coreDepth = ways[0].depth - a.radius - b.radius;
-        const bool isLeast = leastOverlap(a, b, 1e-3 * scale, n, coreDepth);
+        Vec3d n = directions[0].n;
+        double coreDepth = directions[0].depth - a.radius - b.radius;
+        const bool isMinimal = minOverlap(a, b, 1e-3 * scale, n, coreDepth);
         attempt(n);
-        for (std::size_t k = 0; k < (isLeast ? 1 : few) && ways[k].depth < 1e300; ++k) {
-            descend(a, b, scale, isLeast ? 6 : 2, overlap, ways[k]);
-            best = ways[k].depth < ways[best].depth ? k : best;
+        for (std::size_t k = 0; k < (isMinimal ? 1 : few) && directions[k].depth < 1e300; ++k) {
+            descend(a, b, scale, isMinimal ? 6 : 2, overlap, directions[k]);
+            best = directions[k].depth < directions[best].depth ? k : best;
         }
-        if (!isLeast) {
-            descend(a, b, scale, 6, overlap, ways[best]);
+        if (!isMinimal) {
+            descend(a, b, scale, 6, overlap, directions[best]);
         }
     } else {
-        descend(a, b, scale, 2, overlap, ways[0]);
+        descend(a, b, scale, 2, overlap, directions[0]);
     }
-    if (byMpr < 1e300 && ways[best].depth < byMpr - 1e-3 * scale) {
+    if (byMpr < 1e300 && directions[best].depth < byMpr - 1e-3 * scale) {
         ++counts.repairedNormals;
     }
-    ways[best].touch.normal = ways[best].n;
-    return ways[best].touch;
+    directions[best].touch.normal = directions[best].n;
+    return directions[best].touch;
 }
 
 void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& near, double margin,
@@ -190,7 +191,7 @@ bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& m
         return false;
     }
     const bool disjoint = apart.state == GjkAnswer::State::Apart;
-    const GjkAnswer near = disjoint ? apart : wayOut(a, b, memory, scale, scratch, counts);
+    const GjkAnswer near = disjoint ? apart : minPenetration(a, b, memory, scale, scratch, counts);
     const Vec3d& n = near.normal;
     OverlapOf overlap{a, b};
     const double depth = overlap(n);

@@ -4,8 +4,8 @@ namespace cairn {
 namespace {
 
 // Beyond these the search is given up: 60 supports refine a round pair to 1e-3 of its size.
-constexpr int mostVertices = 64;
-constexpr int mostFaces = 128;
+constexpr int maxVertices = 64;
+constexpr int maxFaces = 128;
 
 struct Face3 {
     std::array<int, 3> v{};
@@ -15,20 +15,20 @@ struct Face3 {
 
 // A polytope inside the difference of the cores, by its faces.
 struct Polytope {
-    std::array<Vec3d, mostVertices> w;
-    std::array<Face3, mostFaces> faces;
+    std::array<Vec3d, maxVertices> w;
+    std::array<Face3, maxFaces> faces;
     int vertexCount = 0;
     int faceCount = 0;
 
     const Vec3d& at(int i) const { return w[static_cast<std::size_t>(i)]; }
     // False: no area, or no room.
-    bool add(int i, int j, int k, double least) {
-        if (faceCount == mostFaces) {
+    bool add(int i, int j, int k, double minLength) {
+        if (faceCount == maxFaces) {
             return false;
         }
         Vec3d n = (at(j) - at(i)).cross(at(k) - at(i));
         const double length = n.norm();
-        if (!(length > least)) {
+        if (!(length > minLength)) {
             return false;
         }
         n /= length;
@@ -39,7 +39,7 @@ struct Polytope {
 
 }  // namespace
 
-bool leastOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& direction, double& depth) {
+bool minOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& direction, double& depth) {
     int hintA = 0;
     int hintB = 0;
     Polytope p;
@@ -66,17 +66,17 @@ bool leastOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& dir
         return false;
     }
     completeBasis<double>(axis / size, u, v);
-    double most = 0;
+    double largest = 0;
     for (const Vec3d& n : {u, v, Vec3d(-u), Vec3d(-v)}) {
         const Vec3d w = support(n);
         attempt(n, w);
         const double off = (w - p.w[1]).cross(axis).norm() / size;
-        if (off > most) {
-            most = off;
+        if (off > largest) {
+            largest = off;
             p.w[2] = w;
         }
     }
-    if (!(most > 1e-6 * size)) {
+    if (!(largest > 1e-6 * size)) {
         return false;
     }
     Vec3d up = axis.cross(p.w[2] - p.w[1]).normalized();
@@ -91,16 +91,16 @@ bool leastOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& dir
     }
     p.w[3] = rise >= fall ? above : below;
     p.vertexCount = 4;
-    const double leastArea = 1e-13 * size * size;
+    const double minArea = 1e-13 * size * size;
     const Vec3d middle = 0.25 * (p.w[0] + p.w[1] + p.w[2] + p.w[3]);
     for (const auto& f : {std::array{0, 1, 2}, std::array{0, 1, 3}, std::array{0, 2, 3}, std::array{1, 2, 3}}) {
         const bool outward = (p.at(f[1]) - p.at(f[0])).cross(p.at(f[2]) - p.at(f[0])).dot(p.at(f[0]) - middle) > 0;
-        if (!p.add(f[0], outward ? f[1] : f[2], outward ? f[2] : f[1], leastArea)) {
+        if (!p.add(f[0], outward ? f[1] : f[2], outward ? f[2] : f[1], minArea)) {
             return false;
         }
     }
-    std::array<std::array<int, 2>, 3 * mostFaces> horizon;
-    while (p.vertexCount < mostVertices) {
+    std::array<std::array<int, 2>, 3 * maxFaces> horizon;
+    while (p.vertexCount < maxVertices) {
         int nearest = 0;
         for (int f = 1; f < p.faceCount; ++f) {
             nearest =
@@ -140,7 +140,7 @@ bool leastOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& dir
         }
         for (int e = 0; e < edges; ++e) {
             const auto& edge = horizon[static_cast<std::size_t>(e)];
-            if (!p.add(edge[0], edge[1], added, leastArea)) {
+            if (!p.add(edge[0], edge[1], added, minArea)) {
                 return false;
             }
         }

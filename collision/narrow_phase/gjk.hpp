@@ -25,6 +25,6 @@ bool mprDirection(const Convex& a, const Convex& b, Vec3d& direction);
 // The direction of the least overlap of the cores, by a polytope that grows inside their difference until its nearest
 // face bounds what any direction can do. direction, depth (m): the best known on entry, better or the same on return.
 // True: no direction overlaps less by more than `tolerance`. False: flat cores, or not told within 60 supports.
-bool leastOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& direction, double& depth);
+bool minOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& direction, double& depth);
 
 }  // namespace cairn

@@ -8,8 +8,8 @@ namespace {
 // A corner this far outside a face, relative to the face's extent, still counts as inside: two equal boxes on each
 // other would else exchange corners and crossings at every jitter. 0.1 mm on a metre.
 constexpr double rimSlack = 1e-4;
-// Candidates whose reach along a diagonal differs by less than this part of the patch's extent are tied; the lower id
-// wins, so that jitter cannot exchange them.
+// Candidates whose reach along a diagonal differs by less than this part of the manifold's extent are tied; the lower
+// id wins, so that jitter cannot exchange them.
 constexpr double tie = 1e-3;
 
 // Keeps the part of a closed loop (or of an open segment: two corners) on the inner side of a plane.
@@ -259,7 +259,7 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
         chosen[static_cast<std::size_t>(used++)] = best;
     }
     // The deepest must be among them, in the place of the one nearest to it, unless one is as deep.
-    int least = -1;
+    int smallest = -1;
     double nearest = 1e300;
     for (int k = 0; k < used; ++k) {
         const int i = chosen[static_cast<std::size_t>(k)];
@@ -269,10 +269,10 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
         const double distance = (at(i).inner - at(deepest).inner).norm();
         if (distance < nearest) {
             nearest = distance;
-            least = k;
+            smallest = k;
         }
     }
-    chosen[static_cast<std::size_t>(least)] = deepest;
+    chosen[static_cast<std::size_t>(smallest)] = deepest;
     return used;
 }
 

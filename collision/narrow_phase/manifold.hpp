@@ -12,7 +12,7 @@ struct WorkManifold {
     int count = 0;
     std::array<ContactPoint, 4> points;
     std::int8_t reference = -1;  // the side that held the reference face: 0, 1; -1: none did
-    std::uint32_t patch = 0;
+    std::uint32_t id = 0;
 };
 
 // A point that may enter a manifold. `inner` lies on the reference face's plane, `outer` on the other shape.

@@ -115,7 +115,8 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
     }
     Memory up;
     up.normal = t.face;
-    const GjkAnswer near = apart.state == GjkAnswer::State::Apart ? apart : wayOut(a, b, up, scale, scratch, counts);
+    const GjkAnswer near =
+        apart.state == GjkAnswer::State::Apart ? apart : minPenetration(a, b, up, scale, scratch, counts);
     const Vec3d& n = near.normal;
     const double depth = overlap(n);
     const double upright = n.dot(t.face);
@@ -174,8 +175,8 @@ void dropTwins(std::vector<Candidate>& candidates, double apart) {
     candidates.resize(kept);
 }
 
-// An id of a direction that does not depend on the triangle: directions of two patches differ by a step in it.
-std::uint32_t patchOf(const Vec3d& n) {
+// An id of a direction that does not depend on the triangle: directions of two manifolds differ by a step in it.
+std::uint32_t manifoldId(const Vec3d& n) {
     std::uint32_t id = 0;
     for (int i = 0; i < 3; ++i) {
         id = id * 128 + static_cast<std::uint32_t>(std::lround(n[i] * 50) + 64);
@@ -247,9 +248,9 @@ void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scr
         WorkManifold& made = out.emplace_back();
         fillManifold(scratch, cluster.normal, 0, made);
         std::swap(scratch.candidates, cluster.candidates);
-        made.patch = patchOf(cluster.normal);
+        made.id = manifoldId(cluster.normal);
         for (std::size_t i = first; i + 1 < out.size(); ++i) {
-            made.patch += out[i].patch == made.patch ? 1u << 21 : 0u;
+            made.id += out[i].id == made.id ? 1u << 21 : 0u;
         }
         if (made.count > 1) {
             ++counts.completed;

@@ -51,9 +51,9 @@ Scratch& scratchOfThread() {
     return scratch;
 }
 
-std::vector<WorkManifold>& patchesOfThread() {
-    thread_local std::vector<WorkManifold> patches;
-    return patches;
+std::vector<WorkManifold>& manifoldsOfThread() {
+    thread_local std::vector<WorkManifold> manifolds;
+    return manifolds;
 }
 
 // Asks the pair's method. `first` has the lower rank and stands at the origin of the work frame.
@@ -81,7 +81,7 @@ void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, 
         } else {
             near = convexPair(a, b, margin, memory, scratch, counts, manifold);
         }
-        near = near && !isSeam(a, b, scratch, manifold);
+        near = near && !isInternalEdge(a, b, scratch, manifold);
     }
     if (near) {
         out.push_back(manifold);
@@ -184,28 +184,28 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
                 memory.reference = static_cast<std::int8_t>(swapped ? 1 - entry.reference : entry.reference);
             }
 
-            std::vector<WorkManifold>& patches = patchesOfThread();
-            patches.clear();
+            std::vector<WorkManifold>& manifolds = manifoldsOfThread();
+            manifolds.clear();
             bool failed = false;
             try {
-                ask(first, second, firstFromSecond, margin, memory, counts, patches);
+                ask(first, second, firstFromSecond, margin, memory, counts, manifolds);
             } catch (const std::exception&) {
                 failed = true;
             }
-            failed = failed || !std::ranges::all_of(patches, isSound);
+            failed = failed || !std::ranges::all_of(manifolds, isSound);
             if (failed) {
                 ++counts.repairedFailures;
-                patches.assign(1, WorkManifold{});
-                if (!repair(first, second, firstFromSecond, margin, memory, patches.front())) {
-                    patches.clear();
+                manifolds.assign(1, WorkManifold{});
+                if (!repair(first, second, firstFromSecond, margin, memory, manifolds.front())) {
+                    manifolds.clear();
                 }
             }
             entry.normal.setZero();
-            for (const WorkManifold& m : patches) {
+            for (const WorkManifold& m : manifolds) {
                 Manifold& made = out.emplace_back();
                 made.shapeA = i;
                 made.shapeB = j;
-                made.patch = m.patch;
+                made.id = m.id;
                 made.normal = bodyAFromFirst.rotation * (swapped ? Vec3d(-m.normal) : m.normal);
                 made.count = m.count;
                 for (int k = 0; k < m.count; ++k) {
@@ -225,7 +225,7 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
     }
 }
 
-std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double reach) {
+std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double maxDistance) {
     std::array<int, 4> match{-1, -1, -1, -1};
     std::array<bool, 4> taken{};
     for (int k = 0; k < now.count; ++k) {
@@ -239,8 +239,8 @@ std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, doub
         }
     }
     // The nearest pair first, so that the answer does not hang on the order of the points.
-    for (int round = 0; round < 4; ++round) {
-        double nearest = reach * reach;
+    for (int pass = 0; pass < 4; ++pass) {
+        double nearest = maxDistance * maxDistance;
         int bestNow = -1;
         int bestBefore = -1;
         for (int k = 0; k < now.count; ++k) {

@@ -1,6 +1,7 @@
 #pragma once
-// Where two bodies touch: contact manifolds of at most four points for each pair of shapes (and each patch of a mesh).
-// Everything is computed and answered in the pair's own frames, so that far from the origin is as good as near it.
+// Where two bodies touch: contact manifolds of at most four points for each pair of shapes (and each region of one
+// direction of a mesh). Everything is computed and answered in the pair's own frames, so that far from the origin is as
+// good as near it.
 #include <cairn/narrow_counts.hpp>
 #include <cairn/shapes.hpp>
 
@@ -18,7 +19,7 @@ struct ContactPoint {
 struct Manifold {
     std::uint32_t shapeA = 0;  // indices into the bodies' shape lists
     std::uint32_t shapeB = 0;
-    std::uint32_t patch = 0;        // tells the patches of one mesh-shape pair apart; 0 for convex pairs
+    std::uint32_t id = 0;           // tells the manifolds of one mesh-shape pair apart; 0 for convex pairs
     Vec3d normal = Vec3d::UnitY();  // unit, from A to B, in A's body frame
     int count = 0;                  // 1 to 4
     std::array<ContactPoint, 4> points;
@@ -45,8 +46,8 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
              std::vector<Manifold>& out, NarrowCounts& counts);
 
 // For each point of `now`, the index of the same point in `before`, or -1: by feature first, then the nearest unmatched
-// one within `reach` (m) on A's surface.
-std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double reach = 0.02);
+// one within `maxDistance` (m) on A's surface.
+std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double maxDistance = 0.02);
 
 // At most four of the points of one plane: the deepest, and those that spread along the diagonals of the frame of their
 // onA, the same ones from step to step. normal: of the plane, unit, in that frame. Returns how many; indices in

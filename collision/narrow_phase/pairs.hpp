@@ -29,21 +29,21 @@ bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, doubl
 bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
                 NarrowCounts& counts, WorkManifold& out);
 
-// The way out of overlapping cores: the least overlap over the normal of MPR, all flat faces of both, the remembered
-// normal, the centre line and a search over all directions, then descent from the best of them. scale: a length of the
-// smaller shape, m. Its normal is always set; with State::Apart, its points are those of the cores that touch last on
-// the way.
-GjkAnswer wayOut(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
-                 NarrowCounts& counts);
-// One point along n, or two where lines lie along each other: where no flat face takes part. near: what gjk or wayOut
-// answered for the pair; its points are taken if it has them.
+// Minimal penetration of overlapping cores: the least overlap over the normal of MPR, all flat faces of both, the
+// remembered normal, the centre line and a search over all directions, then descent from the best of them. scale: a
+// length of the smaller shape, m. Its normal is always set; with State::Apart, its points are those of the cores that
+// touch last along it.
+GjkAnswer minPenetration(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+                         NarrowCounts& counts);
+// One point along n, or two where lines lie along each other: where no flat face takes part. near: what gjk or
+// minPenetration answered for the pair; its points are taken if it has them.
 void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& near, double margin,
                   WorkManifold& out);
 
-// seam.cpp: tiles of one floor must not stop what slides over them a little sunk in. True where two flat-sided shapes
-// meet in a strip of no width only because they overlap, or miss each other, by less than 1 mm (2 % of the thinner one)
-// along a face across the contact: such a strip carries nothing, but would trip.
-bool isSeam(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met);
+// tile_edges.cpp: tiles of one floor must not stop what slides over them a little sunk in. True where two flat-sided
+// shapes meet in a strip of no width only because they overlap, or miss each other, by less than 1 mm (2 % of the
+// thinner one) along a face across the contact: such a strip carries nothing, but would trip.
+bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met);
 
 // The signed distance of a point to a shape that is not placed: negative inside.
 struct SurfacePoint {
@@ -53,7 +53,7 @@ struct SurfacePoint {
 };
 SurfacePoint nearestSurface(const Convex& shape, const Vec3d& point);
 
-// mesh_manifold.cpp: a mesh or height field and a convex shape; appends one manifold a patch.
+// mesh_manifold.cpp: a mesh or height field and a convex shape; appends one manifold a direction.
 void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
                  std::vector<WorkManifold>& out);
 

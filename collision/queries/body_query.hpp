@@ -1,12 +1,12 @@
 #pragma once
 // Questions to many bodies at once: the broad phase finds who is in question, the functions of queries.hpp and
-// sweep.hpp answer. Everything is const and needs no scratch: call it from as many threads as you like while no body is
-// moved. Answers are the same on every run: of equal ones the lowest id, lists in rising order of ids.
+// time_of_impact.hpp answer. Everything is const and needs no scratch: call it from as many threads as you like while
+// no body is moved. Answers are the same on every run: of equal ones the lowest id, lists in rising order of ids.
 #include <cairn/shape_query.hpp>
 
 #include "base/base.hpp"
 #include "collision/broad_phase/broad_phase.hpp"
-#include "collision/queries/sweep.hpp"
+#include "collision/queries/time_of_impact.hpp"
 
 namespace cairn {
 

@@ -34,13 +34,13 @@ bool nearConvex(const Convex& a, const Convex& b, double bound, Near& near) {
     }
     Scratch scratch;
     NarrowCounts counts;
-    const GjkAnswer way = wayOut(a, b, Memory{}, std::min(scaleOf(a), scaleOf(b)), scratch, counts);
+    const GjkAnswer outward = minPenetration(a, b, Memory{}, std::min(scaleOf(a), scaleOf(b)), scratch, counts);
     OverlapOf overlap{a, b};
-    near.normal = way.normal;
-    near.distance = -overlap(way.normal);
+    near.normal = outward.normal;
+    near.distance = -overlap(outward.normal);
     int hint = 0;
-    near.onA =
-        (way.state == GjkAnswer::State::Apart ? way.onA : supportCore(a, way.normal, hint)) + a.radius * way.normal;
+    near.onA = (outward.state == GjkAnswer::State::Apart ? outward.onA : supportCore(a, outward.normal, hint)) +
+               a.radius * outward.normal;
     near.onB = near.onA + near.distance * near.normal;
     return true;
 }
@@ -84,7 +84,7 @@ bool nearOfShapes(const Shape& first, const Shape& second, const Posed& firstFro
 bool crossesOddly(const Shape& mesh, const Vec3d& point, const Vec3d& direction) {
     const TriangleRay ray(direction);
     int crossings = 0;
-    sweepTriangles(mesh, point, direction, Vec3d::Zero(), infinity, [&](int index, double limit) {
+    castBoxAtTriangles(mesh, point, direction, Vec3d::Zero(), infinity, [&](int index, double limit) {
         double t = 0;
         crossings += ray.meet(cornersOf(mesh, index), point, t) != 0 && t > 0 ? 1 : 0;
         return limit;
@@ -103,12 +103,12 @@ bool isInside(const Shape& shape, const Vec3d& p) {
                 return false;
             }
             // A ray along an edge counts it twice; of three in no likely plane of a model, two are right.
-            const std::array<Vec3d, 3> ways{{{0.31830988, 0.57721566, 0.91596559},
-                                             {-0.69314718, 0.26149721, 0.41421356},
-                                             {0.23571113, -0.86602, 0.14285}}};
+            const std::array<Vec3d, 3> directions{{{0.31830988, 0.57721566, 0.91596559},
+                                                   {-0.69314718, 0.26149721, 0.41421356},
+                                                   {0.23571113, -0.86602, 0.14285}}};
             int odd = 0;
-            for (const Vec3d& way : ways) {
-                odd += crossesOddly(shape, p, way) ? 1 : 0;
+            for (const Vec3d& direction : directions) {
+                odd += crossesOddly(shape, p, direction) ? 1 : 0;
             }
             return odd >= 2;
         }
@@ -215,7 +215,7 @@ bool overlaps(std::span<const Shape> a, const Posed& worldFromA, std::span<const
             const Convex convex = makeConvex(second, pose.rotation.toRotationMatrix(), pose.position);
             if (first.kind == ShapeKind::HalfSpace) {
                 int hint = 0;
-                if (-reach(convex, -first.size, hint) <= first.offset) {
+                if (-supportDistance(convex, -first.size, hint) <= first.offset) {
                     return true;
                 }
             } else if (isSurface(first.kind)) {

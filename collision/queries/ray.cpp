@@ -221,7 +221,7 @@ struct LocalHit {
 LocalHit castSurface(const Shape& shape, const Vec3d& o, const Vec3d& d, double length, bool backFaces) {
     LocalHit hit;
     const TriangleRay ray(d);
-    sweepTriangles(shape, o, d, Vec3d::Zero(), length, [&](int index, double limit) {
+    castBoxAtTriangles(shape, o, d, Vec3d::Zero(), length, [&](int index, double limit) {
         const std::array<Vec3d, 3> corners = cornersOf(shape, index);
         double t = 0;
         const int side = ray.meet(corners, o, t);

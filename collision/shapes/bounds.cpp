@@ -114,8 +114,8 @@ double farthestOnEllipsoid(const Vec3d& a, const Vec3d& c) {
     a.maxCoeff(&longest);
     const Vec3d squared = a.cwiseAbs2();
     // The excess of t over max a^2 is the unknown, so that it keeps its digits when it is small.
-    const double most = squared[longest];
-    const Vec3d gap = (most - squared.array()).matrix();
+    const double largest = squared[longest];
+    const Vec3d gap = (largest - squared.array()).matrix();
     const auto pointAt = [&](double excess) {
         Vec3d x = Vec3d::Zero();
         for (int i = 0; i < 3; ++i) {
@@ -170,11 +170,11 @@ double farthest(const Shape& shape, const Vec3d& c) {
         case ShapeKind::Mesh:
             return farthestVertex(shape.mesh->triangles().vertices, c, shape.size);
         case ShapeKind::HeightField: {
-            double most = 0;
+            double largest = 0;
             for (int id = 0; id < shape.field->columns() * shape.field->rows(); ++id) {
-                most = std::fmax(most, (shape.field->vertex(id) - c).norm());
+                largest = std::fmax(largest, (shape.field->vertex(id) - c).norm());
             }
-            return most;
+            return largest;
         }
     }
     return infinity;
@@ -217,11 +217,11 @@ double innerRadius(const Shape& shape) {
             // The circle inscribed in the triangle with base 2r and height 2h: twice the area over the perimeter.
             return 2 * r * h / (r + std::hypot(r, 2 * h));
         case ShapeKind::Hull: {
-            double least = infinity;
+            double smallest = infinity;
             for (const Hull::Face& face : shape.hull->faces) {
-                least = std::min(least, face.offset - face.normal.dot(shape.hull->centre));
+                smallest = std::min(smallest, face.offset - face.normal.dot(shape.hull->centre));
             }
-            return least;
+            return smallest;
         }
         case ShapeKind::HalfSpace:
             return infinity;

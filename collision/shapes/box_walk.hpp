@@ -9,12 +9,12 @@
 namespace cairn {
 
 // A box of half extents moved from an origin along a motion; a ray has none.
-struct BoxSweep {
+struct MovingBox {
     Vec3d origin;
     Vec3d inverse;  // 1 / motion, infinite where it is 0
     Vec3d half;
 
-    BoxSweep(const Vec3d& from, const Vec3d& motion, const Vec3d& halfExtents)
+    MovingBox(const Vec3d& from, const Vec3d& motion, const Vec3d& halfExtents)
         : origin(from), inverse(motion.cwiseInverse()), half(halfExtents) {}
 
     // The fraction of the motion at which the box is entered, at least 0; infinite where it is missed or entered beyond
@@ -105,9 +105,9 @@ double walkNearest(Node root, double limit, Measure measure, IsLeaf isLeaf, Chil
         if (b.bound < a.bound) {
             std::swap(a, b);
         }
-        for (const Open& way : {b, a}) {
-            if (way.bound <= limit && !std::isinf(way.bound)) {
-                open.push(way);
+        for (const Open& ahead : {b, a}) {
+            if (ahead.bound <= limit && !std::isinf(ahead.bound)) {
+                open.push(ahead);
             }
         }
     }

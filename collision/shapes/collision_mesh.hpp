@@ -29,8 +29,8 @@ public:
     // Calls visit(triangle, limit) for the triangles that a box of these half extents may meet on its way from `origin`
     // to origin + limit * motion, the nearer half of the tree first; visit answers the new limit. Coordinates are those
     // of the mesh times `scale`. Thread-safe.
-    void sweep(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, const Vec3d& scale, double limit,
-               FunctionRef<double(int, double)> visit) const;
+    void castBox(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, const Vec3d& scale, double limit,
+                 FunctionRef<double(int, double)> visit) const;
     // The same for the triangles whose boxes are within `limit` (m) of a box.
     void near(const Aabb& box, const Vec3d& scale, double limit, FunctionRef<double(int, double)> visit) const;
     std::size_t memory() const;  // bytes, the tree included

@@ -206,7 +206,7 @@ Vec3d supportCore(const Convex& s, const Vec3d& direction, int& hint) {
     return s.rotation * localSupport(s, s.rotation.transpose() * direction, hint) + s.position;
 }
 
-double reach(const Convex& s, const Vec3d& n, int& hint) {
+double supportDistance(const Convex& s, const Vec3d& n, int& hint) {
     return supportCore(s, n, hint).dot(n) + s.radius;
 }
 
@@ -214,8 +214,8 @@ Aabb boxOf(const Convex& s) {
     Aabb box;
     int hint = 0;
     for (int i = 0; i < 3; ++i) {
-        box.max[i] = reach(s, Vec3d::Unit(i), hint);
-        box.min[i] = -reach(s, -Vec3d::Unit(i), hint);
+        box.max[i] = supportDistance(s, Vec3d::Unit(i), hint);
+        box.min[i] = -supportDistance(s, -Vec3d::Unit(i), hint);
     }
     return box;
 }

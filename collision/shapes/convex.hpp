@@ -35,7 +35,7 @@ Convex makeTriangle(const Vec3d& p0, const Vec3d& p1, const Vec3d& p2);
 // caller from one direction to the next.
 Vec3d supportCore(const Convex& shape, const Vec3d& direction, int& hint);
 // How far the shape with its rounding reaches along the unit vector n, m.
-double reach(const Convex& shape, const Vec3d& n, int& hint);
+double supportDistance(const Convex& shape, const Vec3d& n, int& hint);
 // Its box along the work frame's axes.
 Aabb boxOf(const Convex& shape);
 // A point inside the shape.
@@ -49,7 +49,7 @@ struct OverlapOf {
     const Convex& b;
     int hintA = 0;
     int hintB = 0;
-    double operator()(const Vec3d& n) { return reach(a, n, hintA) + reach(b, -n, hintB); }
+    double operator()(const Vec3d& n) { return supportDistance(a, n, hintA) + supportDistance(b, -n, hintB); }
 };
 
 // A corner of an outline; ids tell corners and edges of one shape apart and never change.

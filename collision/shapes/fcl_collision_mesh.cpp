@@ -145,10 +145,10 @@ CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique
         while (end < sides.size() && sides[end].edge() == sides[i].edge()) {
             ++end;
         }
-        // A border, a seam of more than two triangles, or of two turned against each other stays active.
-        const bool isSeam = end - i == 2 && sides[i].rising != sides[i + 1].rising;
-        isClosed_ = isClosed_ && isSeam;
-        if (isSeam) {
+        // A border, an edge of more than two triangles, or of two turned against each other stays active.
+        const bool isShared = end - i == 2 && sides[i].rising != sides[i + 1].rising;
+        isClosed_ = isClosed_ && isShared;
+        if (isShared) {
             const Side& a = sides[i];
             const Side& b = sides[i + 1];
             const Vec3d& onEdge = corner(a.triangle, a.k);
@@ -219,13 +219,13 @@ void walk(const Model& model, double limit, Measure measure, Visit visit) {
 
 }  // namespace
 
-void CollisionMesh::sweep(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, const Vec3d& scale,
-                          double limit, FunctionRef<double(int, double)> visit) const {
-    const BoxSweep sweep(origin, motion, halfExtents);
+void CollisionMesh::castBox(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, const Vec3d& scale,
+                            double limit, FunctionRef<double(int, double)> visit) const {
+    const MovingBox moving(origin, motion, halfExtents);
     walk(
         tree_->model, limit,
         [&](const Vec3d& low, const Vec3d& high, double within) {
-            return sweep.entry(low.cwiseProduct(scale), high.cwiseProduct(scale), within);
+            return moving.entry(low.cwiseProduct(scale), high.cwiseProduct(scale), within);
         },
         visit);
 }

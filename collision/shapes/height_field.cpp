@@ -272,11 +272,11 @@ void HeightField::find(const Aabb& region, std::vector<int>& out) const {
     }
 }
 
-void HeightField::sweep(const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
-                        FunctionRef<double(int, double)> visit) const {
-    const BoxSweep sweep(origin, motion, half);
+void HeightField::castBox(const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
+                          FunctionRef<double(int, double)> visit) const {
+    const MovingBox moving(origin, motion, half);
     // Beyond the bounds nothing is met, so that a ray without end walks no farther.
-    const double entry = sweep.entry(bounds_.min, bounds_.max, limit);
+    const double entry = moving.entry(bounds_.min, bounds_.max, limit);
     if (std::isinf(entry)) {
         return;
     }
@@ -291,13 +291,14 @@ void HeightField::sweep(const Vec3d& origin, const Vec3d& motion, const Vec3d& h
     const int tilesZ = static_cast<int>(tiles_.size()) / tilesX_;
     const Squares tiles{x0, z0, tileCells * cell_, 0, tilesX_ - 1, 0, tilesZ - 1};
     alongMotion(tiles, origin, motion, half, limit, [&](int tileX, int tileZ) {
-        const auto& [least, most] = tiles_[static_cast<std::size_t>(tileZ) * static_cast<std::size_t>(tilesX_) +
-                                           static_cast<std::size_t>(tileX)];
+        const auto& [lowest, highest] = tiles_[static_cast<std::size_t>(tileZ) * static_cast<std::size_t>(tilesX_) +
+                                               static_cast<std::size_t>(tileX)];
         const auto corner = [&](int ix, double y, int iz) { return Vec3d(x0 + ix * cell_, y, z0 + iz * cell_); };
         const int fromX = tileX * tileCells;
         const int fromZ = tileZ * tileCells;
-        if (!(least <= most) || std::isinf(sweep.entry(corner(fromX, least, fromZ),
-                                                       corner(fromX + tileCells, most, fromZ + tileCells), limit))) {
+        if (!(lowest <= highest) ||
+            std::isinf(moving.entry(corner(fromX, lowest, fromZ), corner(fromX + tileCells, highest, fromZ + tileCells),
+                                    limit))) {
             return;
         }
         const Squares cells{x0,
@@ -309,8 +310,8 @@ void HeightField::sweep(const Vec3d& origin, const Vec3d& motion, const Vec3d& h
                             std::min(fromZ + tileCells, rows_ - 1) - 1};
         alongMotion(cells, origin, motion, half, limit, [&](int column, int row) {
             const double bottom = low(column, row);
-            if (std::isnan(bottom) || std::isinf(sweep.entry(corner(column, bottom, row),
-                                                             corner(column + 1, high(column, row), row + 1), limit))) {
+            if (std::isnan(bottom) || std::isinf(moving.entry(corner(column, bottom, row),
+                                                              corner(column + 1, high(column, row), row + 1), limit))) {
                 return;
             }
             const int first = 2 * (row * (columns_ - 1) + column);

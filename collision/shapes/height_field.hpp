@@ -36,8 +36,8 @@ public:
     void find(const Aabb& region, std::vector<int>& out) const;
     // Calls visit(triangle, limit) for the triangles that a box of these half extents may meet on its way from `origin`
     // to origin + limit * motion, along the way; visit answers the new limit. Thread-safe.
-    void sweep(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, double limit,
-               FunctionRef<double(int, double)> visit) const;
+    void castBox(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, double limit,
+                 FunctionRef<double(int, double)> visit) const;
 
 private:
     std::size_t at(int column, int row) const {

@@ -300,24 +300,24 @@ Hull makeHull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> loops) 
 int supportVertex(const Hull& hull, const Vec3d& direction, int start) {
     if (hull.vertices.size() <= scanLimit) {
         int best = 0;
-        double most = direction.dot(hull.vertices[0]);
+        double largest = direction.dot(hull.vertices[0]);
         for (std::size_t i = 1; i < hull.vertices.size(); ++i) {
             const double along = direction.dot(hull.vertices[i]);
-            if (along > most) {
-                most = along;
+            if (along > largest) {
+                largest = along;
                 best = static_cast<int>(i);
             }
         }
         return best;
     }
     int best = start;
-    double most = direction.dot(at(hull.vertices, best));
+    double largest = direction.dot(at(hull.vertices, best));
     for (int from = -1; from != best;) {
         from = best;
         for (int to : hull.neighbours[static_cast<std::size_t>(from)]) {
             const double along = direction.dot(at(hull.vertices, to));
-            if (along > most || (along == most && to < best)) {
-                most = along;
+            if (along > largest || (along == largest && to < best)) {
+                largest = along;
                 best = to;
             }
         }
@@ -327,11 +327,11 @@ int supportVertex(const Hull& hull, const Vec3d& direction, int start) {
 
 int supportFace(const Hull& hull, const Vec3d& direction) {
     int best = 0;
-    double most = direction.dot(hull.faces[0].normal);
+    double largest = direction.dot(hull.faces[0].normal);
     for (std::size_t i = 1; i < hull.faces.size(); ++i) {
         const double along = direction.dot(hull.faces[i].normal);
-        if (along > most) {
-            most = along;
+        if (along > largest) {
+            largest = along;
             best = static_cast<int>(i);
         }
     }

@@ -47,12 +47,12 @@ void findTriangles(const Shape& s, const Aabb& region, std::vector<int>& out) {
     }
 }
 
-void sweepTriangles(const Shape& s, const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
-                    FunctionRef<double(int, double)> visit) {
+void castBoxAtTriangles(const Shape& s, const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
+                        FunctionRef<double(int, double)> visit) {
     if (s.kind == ShapeKind::HeightField) {
-        s.field->sweep(origin, motion, half, limit, visit);
+        s.field->castBox(origin, motion, half, limit, visit);
     } else {
-        s.mesh->sweep(origin, motion, half, s.size, limit, visit);
+        s.mesh->castBox(origin, motion, half, s.size, limit, visit);
     }
 }
 
@@ -63,14 +63,14 @@ void nearTriangles(const Shape& s, const Aabb& box, double limit, FunctionRef<do
     }
     // Without a tree: look ever farther, so that what is found near bounds how far to look.
     const Aabb& all = s.field->bounds();
-    const double least = boxDistance(box, all.min, all.max);
-    const double whole = (all.max - all.min).norm() + (box.max - box.min).norm() + least;
+    const double nearest = boxDistance(box, all.min, all.max);
+    const double whole = (all.max - all.min).norm() + (box.max - box.min).norm() + nearest;
     std::vector<int> found;
     std::vector<int> seen;
-    for (double reach = least + 2 * s.field->cellSize();; reach *= 2) {
-        reach = std::min(reach, limit);
+    for (double radius = nearest + 2 * s.field->cellSize();; radius *= 2) {
+        radius = std::min(radius, limit);
         found.clear();
-        s.field->find(box.grown(reach), found);
+        s.field->find(box.grown(radius), found);
         for (const int index : found) {
             if (std::binary_search(seen.begin(), seen.end(), index)) {
                 continue;
@@ -80,7 +80,7 @@ void nearTriangles(const Shape& s, const Aabb& box, double limit, FunctionRef<do
                 limit = visit(index, limit);
             }
         }
-        if (reach >= limit || reach >= whole) {
+        if (radius >= limit || radius >= whole) {
             return;
         }
         std::swap(seen, found);
@@ -89,12 +89,12 @@ void nearTriangles(const Shape& s, const Aabb& box, double limit, FunctionRef<do
 
 int edgeToward(const Triangle& t, const Vec3d& n) {
     int best = 0;
-    double most = -1e300;
+    double largest = -1e300;
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d outward = (t.corners[(k + 1) % 3] - t.corners[k]).cross(t.face).normalized();
         const double dot = outward.dot(n);
-        if (dot > most) {
-            most = dot;
+        if (dot > largest) {
+            largest = dot;
             best = static_cast<int>(k);
         }
     }

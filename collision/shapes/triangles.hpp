@@ -24,11 +24,11 @@ std::array<Vec3d, 3> cornersOf(const Shape& surface, int index);
 
 // See CollisionMesh and HeightField.
 void findTriangles(const Shape& surface, const Aabb& region, std::vector<int>& out);
-void sweepTriangles(const Shape& surface, const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents,
-                    double limit, FunctionRef<double(int, double)> visit);
+void castBoxAtTriangles(const Shape& surface, const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents,
+                        double limit, FunctionRef<double(int, double)> visit);
 void nearTriangles(const Shape& surface, const Aabb& box, double limit, FunctionRef<double(int, double)> visit);
 
-// Normals closer than 2 degrees make one patch; an edge contact within this of the face's normal is a face contact.
+// Normals closer than 2 degrees make one manifold; an edge contact within this of the face's normal is a face contact.
 constexpr double sameNormal = 0.9994;
 // The edge that a normal leaves over, by the outward directions in the triangle's plane.
 int edgeToward(const Triangle& triangle, const Vec3d& normal);

@@ -110,23 +110,23 @@ struct Seen {
     int sticky = 0;    // contacts whose static friction is above the sliding one
     int bouncy = 0;    // contacts with restitution
     double restitution = 0;
-    std::int64_t swept = 0;  // this and the rest: summed over the steps
+    std::int64_t ccdBodies = 0;  // this and the rest: summed over the steps
     std::int64_t held = 0;
     std::int64_t pairs = 0;
     std::int64_t carried = 0;
     std::int64_t asleep = 0;  // dynamic bodies
-    std::int64_t attempts = 0;
+    std::int64_t solves = 0;
     std::int64_t islands = 0;
 };
 
 void look(Seen& seen, const Simulation& simulation) {
     const StepReport& report = simulation.report();
     const StepCounts& counts = report.counts;
-    seen.swept += counts.sweptBodies;
-    seen.held += counts.heldBodies;
+    seen.ccdBodies += counts.ccdBodies;
+    seen.held += counts.ccdHeldBodies;
     seen.pairs += counts.pairs;
     seen.carried += counts.carriedPairs;
-    seen.attempts += counts.attempts;
+    seen.solves += counts.solves;
     seen.islands += counts.islands;
     for (std::size_t i = 0; i < simulation.bodyCount(); ++i) {
         seen.asleep += simulation.mass(i) > 0 && !simulation.awake(i) ? 1 : 0;
@@ -164,10 +164,10 @@ struct Variant {
 void runOnce(Variant& variant, Precision precision, int steps, Seen* seen) {
     // A run of some microseconds is run again, up to a few milliseconds, or the clock is all one sees.
     constexpr double enough = 0.005;
-    constexpr int most = 20;
+    constexpr int maxRepeats = 20;
     double spent = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < most && (k == 0 || spent < enough); ++k) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < maxRepeats && (k == 0 || spent < enough); ++k) {
         const std::unique_ptr<Simulation> simulation = makeSimulation(variant.scene, precision);
         double seconds = 0;
         variant.rows = 0;
@@ -183,9 +183,9 @@ void runOnce(Variant& variant, Precision precision, int steps, Seen* seen) {
             }
         }
         spent += seconds;
-        least = std::min(least, seconds);
+        smallest = std::min(smallest, seconds);
     }
-    variant.seconds.add(least);
+    variant.seconds.add(smallest);
 }
 
 struct Feature {
@@ -275,13 +275,13 @@ Feature continuous(const Seen& seen, const Scene& scene) {
     for (const BodyDef& body : scene.bodies) {
         asked += body.type == BodyType::Dynamic && body.continuous != Continuous::Never ? 1 : 0;
     }
-    const std::string ways = count(seen.swept, "way") + " of fast bodies searched, " + count(seen.held, "body") +
-                             " held back before something";
+    const std::string motions = count(seen.ccdBodies, "motion") + " of fast bodies searched, " +
+                                count(seen.held, "body") + " held back before something";
     return {{.feature = "continuous collision",
              .on = asked > 0,
-             .why = asked == 0        ? "no body asks for it"
-                    : seen.swept == 0 ? count(asked, "body") + " would be searched for; none was ever fast enough"
-                                      : ways},
+             .why = asked == 0            ? "no body asks for it"
+                    : seen.ccdBodies == 0 ? count(asked, "body") + " would be searched for; none was ever fast enough"
+                                          : motions},
             [](Scene& copy) {
                 for (BodyDef& body : copy.bodies) {
                     body.continuous = Continuous::Never;
@@ -299,15 +299,15 @@ Feature sleeping(const Seen& seen, const Scene& scene, int steps) {
         [](Scene& copy) { copy.world.sleep.enabled = false; }};
 }
 
-Feature stillPairs(const Seen& seen, const Scene& scene) {
-    const bool on = scene.world.stillDistance > 0;
-    return {{.feature = "still pairs",
+Feature manifoldReuse(const Seen& seen, const Scene& scene) {
+    const bool on = scene.world.manifoldReuseDistance > 0;
+    return {{.feature = "manifold reuse",
              .on = on,
-             .why = !on               ? "stillDistance is 0: every pair is asked in every step"
+             .why = !on               ? "manifoldReuseDistance is 0: every pair is asked in every step"
                     : seen.pairs == 0 ? "no pairs are near each other"
                                       : std::to_string(seen.carried) + " of " + count(seen.pairs, "look") +
                                             " at a pair kept the points that it had"},
-            [](Scene& copy) { copy.world.stillDistance = 0; }};
+            [](Scene& copy) { copy.world.manifoldReuseDistance = 0; }};
 }
 
 Feature accuracy(const Seen& seen, const Scene& scene) {
@@ -322,7 +322,7 @@ Feature accuracy(const Seen& seen, const Scene& scene) {
         if (asked.velocity > 0) {
             why += std::string(asked.position > 0 ? ", " : "") + brief(asked.velocity) + " m/s";
         }
-        why += "; " + count(seen.islands, "island") + " solved " + std::to_string(seen.attempts) + " times";
+        why += "; " + count(seen.islands, "island") + " solved " + std::to_string(seen.solves) + " times";
     }
     return {{.feature = "accuracy", .on = on, .why = why}, [](Scene& copy) {
                 copy.world.accuracy.position = 0;
@@ -350,10 +350,16 @@ SceneExplanation explain(const Scene& given, Precision precision, double seconds
     base.seconds = {};  // looking at the steps disturbed them
 
     const std::unique_ptr<Simulation> start = makeSimulation(scene, precision);
-    std::vector<Feature> features = {
-        friction(seen),          staticFriction(seen), restitution(seen, scene), gyroscopic(scene, *start),
-        limits(scene),           motors(scene),        continuous(seen, scene),  sleeping(seen, scene, steps),
-        stillPairs(seen, scene), accuracy(seen, scene)};
+    std::vector<Feature> features = {friction(seen),
+                                     staticFriction(seen),
+                                     restitution(seen, scene),
+                                     gyroscopic(scene, *start),
+                                     limits(scene),
+                                     motors(scene),
+                                     continuous(seen, scene),
+                                     sleeping(seen, scene, steps),
+                                     manifoldReuse(seen, scene),
+                                     accuracy(seen, scene)};
     std::vector<Variant> variants;
     for (const Feature& feature : features) {
         if (feature.explanation.on) {
@@ -378,7 +384,7 @@ SceneExplanation explain(const Scene& given, Precision precision, double seconds
                             .seconds = steps * scene.dt,
                             .steps = steps,
                             .repeats = repeats,
-                            .ms = ms * base.seconds.least(),
+                            .ms = ms * base.seconds.min(),
                             .noise = ms * base.seconds.noise(),
                             .rows = base.rows / steps,
                             .looks = base.looks / steps,
@@ -388,7 +394,7 @@ SceneExplanation explain(const Scene& given, Precision precision, double seconds
         Explanation& one = feature.explanation;
         if (one.on) {
             one.measured = true;
-            one.ms = ms * (base.seconds.least() - variant->seconds.least());
+            one.ms = ms * (base.seconds.min() - variant->seconds.min());
             one.noise = ms * (base.seconds.noise() + variant->seconds.noise());
             one.rows = (base.rows - variant->rows) / steps;
             one.looks = (base.looks - variant->looks) / steps;

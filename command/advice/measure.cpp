@@ -19,9 +19,9 @@ Scene withoutBudget(Scene scene) {
 }
 
 void Repeats::add(double seconds) {
-    if (seconds < least_) {
-        second_ = least_;
-        least_ = seconds;
+    if (seconds < min_) {
+        second_ = min_;
+        min_ = seconds;
     } else if (seconds < second_) {
         second_ = seconds;
     }

@@ -14,13 +14,13 @@ Scene withoutBudget(Scene scene);
 class Repeats {
 public:
     void add(double seconds);
-    double least() const { return least_; }
+    double min() const { return min_; }
     // How far the second least was above the least: below this, differences mean nothing. 0 after one repeat.
-    double noise() const { return second_ < unknown ? second_ - least_ : 0; }
+    double noise() const { return second_ < unknown ? second_ - min_ : 0; }
 
 private:
     static constexpr double unknown = 1e300;
-    double least_ = unknown;
+    double min_ = unknown;
     double second_ = unknown;
 };
 

@@ -13,11 +13,11 @@ constexpr double frame = 1.0 / 60;  // s, that costs are stated for
 // Truth: where it begins, and where it is given up that shorter steps change less than a quarter of the error asked.
 constexpr int firstDivisor = 2;
 constexpr int plainDivisor = 8;
-constexpr int mostDivisor = 64;
+constexpr int maxDivisor = 64;
 
 // Runs shorter than this are run again: the clock would be all one sees. s
 constexpr double clockLimit = 0.005;
-constexpr int mostRuns = 10;
+constexpr int maxRuns = 10;
 
 int stepsOf(const Scene& scene, double seconds) {
     return static_cast<int>(std::lround(seconds / scene.dt));
@@ -65,7 +65,7 @@ std::unique_ptr<Simulation> begin(const Scene& scene, const TuneRequest& request
     return simulation;
 }
 
-// What turns about a body's centre of mass is worth a way at its radius of gyration. m
+// What turns about a body's centre of mass is worth a displacement at its radius of gyration. m
 struct Extent {
     Vec3d centre = Vec3d::Zero();  // of mass, body frame
     double gyration = 0;
@@ -131,7 +131,7 @@ double farthest(const Scene& scene, const Path& a, const Path& b) {
 TuneTruth findTruth(const Scene& scene, const TuneRequest& request) {
     TuneTruth truth;
     Path before;
-    for (int divisor = firstDivisor; divisor <= mostDivisor; divisor *= 2) {
+    for (int divisor = firstDivisor; divisor <= maxDivisor; divisor *= 2) {
         const std::unique_ptr<Simulation> simulation = settle(scene, request.at, Precision::Double, true);
         simulation->setSolver({.name = "direct"});
         simulation->setAccuracy({});
@@ -178,9 +178,9 @@ TuneEntry measure(const Scene& scene, const TuneRequest& request, const TuneSett
     TuneEntry entry{.setting = setting};
     const double dt = scene.dt / setting.divisor;
     const int steps = setting.divisor * stepsOf(scene, request.horizon);
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     double spent = 0;
-    for (int run = 0; run < request.repeats || (spent < clockLimit && run < mostRuns); ++run) {
+    for (int run = 0; run < request.repeats || (spent < clockLimit && run < maxRuns); ++run) {
         const std::unique_ptr<Simulation> simulation = begin(scene, request, setting);
         double seconds = 0;
         for (int i = 1; i <= steps; ++i) {
@@ -206,10 +206,10 @@ TuneEntry measure(const Scene& scene, const TuneRequest& request, const TuneSett
             }
         }
         spent += seconds;
-        least = std::min(least, seconds);
+        smallest = std::min(smallest, seconds);
     }
     entry.finite = (entry.flags & FlagNonFinite) == 0 && std::isfinite(entry.distance) && std::isfinite(entry.step);
-    entry.ms = 1e3 * least * frame / (steps * dt);
+    entry.ms = 1e3 * smallest * frame / (steps * dt);
     return entry;
 }
 

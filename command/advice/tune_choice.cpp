@@ -127,8 +127,8 @@ std::vector<std::string> tuneNotes(const Scene& scene, const TuneResult& result)
 
 Figure tuneFigure(const Scene& scene, const TuneResult& result) {
     // A solver that exploded would stretch the axis: it is drawn at the edge.
-    constexpr double most = 1e4;    // mm
-    constexpr double least = 1e-6;  // mm
+    constexpr double maxError = 1e4;   // mm
+    constexpr double minError = 1e-6;  // mm
     Panel panel{.title = "",
                 .x = {.label = "CPU ms for 1/60 s of the scene", .logarithmic = true},
                 .y = {.label = "error, mm", .logarithmic = true}};
@@ -138,7 +138,7 @@ Figure tuneFigure(const Scene& scene, const TuneResult& result) {
     double cheapest = lowest;
     double dearest = 0;
     for (const TuneEntry& entry : result.entries) {
-        const double error = std::clamp(1e3 * tuneError(result, entry), least, most);
+        const double error = std::clamp(1e3 * tuneError(result, entry), minError, maxError);
         lowest = std::min(lowest, error);
         highest = std::max(highest, error);
         cheapest = std::min(cheapest, entry.ms);
@@ -146,7 +146,7 @@ Figure tuneFigure(const Scene& scene, const TuneResult& result) {
     }
     for (const std::size_t i : tuneFront(result)) {
         front.points.push_back(
-            {result.entries[i].ms, std::clamp(1e3 * tuneError(result, result.entries[i]), least, most)});
+            {result.entries[i].ms, std::clamp(1e3 * tuneError(result, result.entries[i]), minError, maxError)});
     }
     panel.series.push_back(std::move(front));
     if (result.request.budget) {
@@ -159,7 +159,7 @@ Figure tuneFigure(const Scene& scene, const TuneResult& result) {
     if (const auto own = tuneOwn(result)) {
         const TuneEntry& entry = result.entries[*own];
         panel.series.push_back({.label = "the scene's own",
-                                .points = {{entry.ms, std::clamp(1e3 * tuneError(result, entry), least, most)}},
+                                .points = {{entry.ms, std::clamp(1e3 * tuneError(result, entry), minError, maxError)}},
                                 .kind = SeriesKind::Marks});
     }
     for (const TuneEntry& entry : result.entries) {
@@ -173,7 +173,7 @@ Figure tuneFigure(const Scene& scene, const TuneResult& result) {
             place != panel.series.end()
                 ? *place
                 : panel.series.emplace_back(Series{.label = entry.setting.solver.name, .kind = SeriesKind::Marks});
-        series.points.push_back({entry.ms, std::clamp(1e3 * tuneError(result, entry), least, most)});
+        series.points.push_back({entry.ms, std::clamp(1e3 * tuneError(result, entry), minError, maxError)});
     }
     return {.title = "Settings of " + scene.name,
             .note = tuneByStep(result)

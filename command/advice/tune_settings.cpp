@@ -147,8 +147,8 @@ Scene TuneSetting::apply(const Scene& scene) const {
     Scene copy = withoutBudget(scene);
     if (!given) {
         // Which solvers other than auto refuse.
-        copy.world.accuracy.effort = -1;
-        copy.world.accuracy.mostWork = 0;
+        copy.world.accuracy.qualityLevel = -1;
+        copy.world.accuracy.maxWork = 0;
         copy.world.solver = solver;
         copy.world.accuracy.position = accuracy;
         copy.world.accuracy.velocity = 0;

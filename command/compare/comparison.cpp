@@ -17,7 +17,7 @@ struct Turn {
     const Engine* engine;
     const Dial* dial;
     double value;
-    std::optional<PeerRun> run = {};
+    std::optional<ReferenceRun> run = {};
     bool refused = false;
 };
 
@@ -58,17 +58,17 @@ Comparison compare(const Scene& scene, const ComparisonPlan& plan) {
     for (int repeat = 0; repeat < plan.repeats; ++repeat) {
         for (Turn& turn : turns) {
             ++done;
-            // A run that was cut has cost enough.
-            if (turn.refused || (turn.run && turn.run->cut)) {
+            // A run that was truncated has cost enough.
+            if (turn.refused || (turn.run && turn.run->truncated)) {
                 continue;
             }
             try {
-                const std::unique_ptr<Peer> peer = turn.dial->make(scene, turn.value);
+                const std::unique_ptr<ReferenceEngine> reference = turn.dial->make(scene, turn.value);
                 if (repeat == 0) {
                     ErrorMeter meter(scene, known);
-                    turn.run = runPeer(*peer, scene, &meter, plan.mostSeconds);
+                    turn.run = runReference(*reference, scene, &meter, plan.maxSeconds);
                 } else {
-                    const PeerRun again = runPeer(*peer, scene, nullptr, plan.mostSeconds);
+                    const ReferenceRun again = runReference(*reference, scene, nullptr, plan.maxSeconds);
                     turn.run->meanMs = std::min(turn.run->meanMs, again.meanMs);
                     turn.run->p50Ms = std::min(turn.run->p50Ms, again.p50Ms);
                     turn.run->p99Ms = std::min(turn.run->p99Ms, again.p99Ms);
@@ -102,34 +102,34 @@ Comparison compare(const Scene& scene, const ComparisonPlan& plan) {
 std::vector<FrontPoint> frontsOf(const std::vector<Measure>& measures, const std::vector<Compared>& runs) {
     std::vector<FrontPoint> points;
     for (std::size_t m = 0; m < measures.size(); ++m) {
-        const double least = measures[m].least;
-        const auto error = [&](const Compared& c) { return std::max(least, c.run.errors[m]); };
-        const auto counts = [](const Compared& c) { return c.run.finite && !c.run.cut; };
+        const double negligible = measures[m].min;
+        const auto error = [&](const Compared& c) { return std::max(negligible, c.run.errors[m]); };
+        const auto counts = [](const Compared& c) { return c.run.finite && !c.run.truncated; };
         for (std::size_t i = 0; i < runs.size(); ++i) {
-            const Compared& peer = runs[i];
-            if (peer.engine == "cairn" || !counts(peer)) {
+            const Compared& reference = runs[i];
+            if (reference.engine == "cairn" || !counts(reference)) {
                 continue;
             }
             const bool beaten = std::any_of(runs.begin(), runs.end(), [&](const Compared& other) {
-                const bool noWorse = error(other) <= error(peer) && other.run.meanMs <= peer.run.meanMs;
-                const bool better = error(other) < error(peer) || other.run.meanMs < peer.run.meanMs;
-                return other.engine == peer.engine && counts(other) && noWorse && better;
+                const bool noWorse = error(other) <= error(reference) && other.run.meanMs <= reference.run.meanMs;
+                const bool better = error(other) < error(reference) || other.run.meanMs < reference.run.meanMs;
+                return other.engine == reference.engine && counts(other) && noWorse && better;
             });
             if (beaten) {
                 continue;
             }
-            FrontPoint point{.run = i, .measure = m, .failed = peer.run.errors[m] > measures[m].most};
+            FrontPoint point{.run = i, .measure = m, .failed = reference.run.errors[m] > measures[m].max};
             for (const Compared& own : runs) {
                 if (own.engine != "cairn" || !counts(own)) {
                     continue;
                 }
-                const double cost = own.run.meanMs / peer.run.meanMs;
-                if (error(own) <= error(peer) && cost < point.costRatio) {
+                const double cost = own.run.meanMs / reference.run.meanMs;
+                if (error(own) <= error(reference) && cost < point.costRatio) {
                     point.costRatio = cost;
                     point.cheapest = own.setting();
                 }
                 if (cost <= 1) {
-                    point.errorRatio = std::min(point.errorRatio, error(own) / error(peer));
+                    point.errorRatio = std::min(point.errorRatio, error(own) / error(reference));
                 }
             }
             point.matched = point.costRatio <= 1;

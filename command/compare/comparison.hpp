@@ -1,6 +1,6 @@
 #pragma once
 // All engines through one scene over all their dials, and their fronts of error against cost set against Cairn's.
-#include "command/compare/peer_run.hpp"
+#include "command/compare/reference_run.hpp"
 
 #include <map>
 
@@ -10,11 +10,12 @@ struct Compared {
     std::string engine;
     std::string dial;  // empty: as it comes
     double value = 0;
-    PeerRun run;
+    ReferenceRun run;
     std::string setting() const;  // in words: "accuracy, mm 0.1"
 };
 
-// A point of a peer's front in one measure, and what Cairn has against it. Costs are mean milliseconds a step.
+// A point of a reference engine's front in one measure, and what Cairn has against it. Costs are mean milliseconds a
+// step.
 struct FrontPoint {
     std::size_t run = 0;      // in Comparison::runs
     std::size_t measure = 0;  // in Comparison::measures
@@ -29,23 +30,23 @@ struct FrontPoint {
 struct Comparison {
     std::vector<Measure> measures;
     std::vector<Compared> runs;      // in the order of engines() and their dials
-    std::vector<FrontPoint> fronts;  // of the peers
+    std::vector<FrontPoint> fronts;  // of the reference engines
     std::vector<std::string> notes;  // what could not be run, and why
 };
 
 struct ComparisonPlan {
     bool isFloat = false;           // Cairn's precision
     int repeats = 3;                // turns of all settings; the least cost of each counts
-    double mostSeconds = 20;        // of processor time for a run; slower ones are cut and left out of the fronts
+    double maxSeconds = 20;         // of processor time for a run; slower ones are truncated and left out of the fronts
     std::vector<std::string> only;  // engines; empty: all
     bool rests = false;             // nothing in the scene should move, though no built-in list says so
     std::function<void(int done, int all)> told = {};  // runs
 };
 
-// Throws InputError if Cairn itself refuses the scene; what a peer refuses becomes a note.
+// Throws InputError if Cairn itself refuses the scene; what a reference engine refuses becomes a note.
 Comparison compare(const Scene& scene, const ComparisonPlan& plan);
 
-// The fronts of the peers among these runs. Cut and non-finite runs are on none.
+// The fronts of the reference engines among these runs. Truncated and non-finite runs are on none.
 std::vector<FrontPoint> frontsOf(const std::vector<Measure>& measures, const std::vector<Compared>& runs);
 
 // A scene of the standard list.

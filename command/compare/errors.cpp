@@ -1,6 +1,6 @@
 #include "command/compare/errors.hpp"
 #include "collision/narrow_phase/narrow_phase.hpp"
-#include "command/compare/peer_kit.hpp"
+#include "command/compare/reference_engine_kit.hpp"
 
 #include <algorithm>
 
@@ -95,19 +95,19 @@ ErrorMeter::ErrorMeter(const Scene& scene, Known known)
     }
 }
 
-void ErrorMeter::look(const Peer& peer, int steps) {
+void ErrorMeter::look(const ReferenceEngine& reference, int steps) {
     constexpr int penetrationEvery = 10;  // steps: measuring it costs as much as a step
     const double seconds = steps * scene_.dt;
-    displacement_ = std::max(displacement_, displacement(peer));
-    jointGap_ = std::max(jointGap_, jointGap(peer));
-    offForm_ = std::max(offForm_, offForm(peer, seconds));
+    displacement_ = std::max(displacement_, displacement(reference));
+    jointGap_ = std::max(jointGap_, jointGap(reference));
+    offForm_ = std::max(offForm_, offForm(reference, seconds));
     const bool everyStep = known_.simBenchmark == SimBenchmark::Balls666;
     if (everyStep || steps % penetrationEvery == 0) {
-        const Depths now = depths(peer);
+        const Depths now = depths(reference);
         penetration_ = std::max(penetration_, now.deepest);
         simBenchmark_ += everyStep ? now.sumOfSquares : 0;
     }
-    simBenchmark_ += speedError(peer, seconds);
+    simBenchmark_ += speedError(reference, seconds);
     ++steps_;
 }
 
@@ -131,15 +131,15 @@ std::vector<double> ErrorMeter::errors() const {
     return values;
 }
 
-double ErrorMeter::offForm(const Peer& peer, double seconds) const {
+double ErrorMeter::offForm(const ReferenceEngine& reference, double seconds) const {
     double worst = 0;
     for (const TruePoint& point : known_.points) {
-        worst = std::max(worst, (peer.pose(point.body) * point.onBody - point.place(seconds)).norm());
+        worst = std::max(worst, (reference.pose(point.body) * point.onBody - point.place(seconds)).norm());
     }
     return worst;
 }
 
-double ErrorMeter::speedError(const Peer& peer, double seconds) const {
+double ErrorMeter::speedError(const ReferenceEngine& reference, double seconds) const {
     double boxes = 0;
     double balls = 0;
     int ballCount = 0;
@@ -151,33 +151,33 @@ double ErrorMeter::speedError(const Peer& peer, double seconds) const {
             continue;
         }
         if (known_.simBenchmark == SimBenchmark::Rolling) {
-            const double error = (peer.velocity(i) - known_.velocity(i, seconds)).squaredNorm();
+            const double error = (reference.velocity(i) - known_.velocity(i, seconds)).squaredNorm();
             const bool ball = def.shapes[0].kind == ShapeKind::Sphere;
             (ball ? balls : boxes) += error;
             ballCount += ball ? 1 : 0;
         } else if (known_.simBenchmark == SimBenchmark::Bouncing) {
             const Vec3d weight = def.mass * scene_.world.gravity;
-            energy += 0.5 * def.mass * peer.velocity(i).squaredNorm() - weight.dot(peer.pose(i).position);
+            energy += 0.5 * def.mass * reference.velocity(i).squaredNorm() - weight.dot(reference.pose(i).position);
             energyStart -= weight.dot(def.position);
         }
     }
     return boxes + balls / std::max(1, ballCount) + (energy - energyStart) * (energy - energyStart);
 }
 
-double ErrorMeter::displacement(const Peer& peer) const {
+double ErrorMeter::displacement(const ReferenceEngine& reference) const {
     double worst = 0;
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
         if (scene_.bodies[i].type == BodyType::Dynamic) {
-            worst = std::max(worst, (peer.pose(i).position - scene_.bodies[i].position).norm());
+            worst = std::max(worst, (reference.pose(i).position - scene_.bodies[i].position).norm());
         }
     }
     return worst;
 }
 
-ErrorMeter::Depths ErrorMeter::depths(const Peer& peer) {
+ErrorMeter::Depths ErrorMeter::depths(const ReferenceEngine& reference) {
     std::vector<Posed> poses;
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
-        poses.push_back(peer.pose(i));
+        poses.push_back(reference.pose(i));
         if (broadPhase_.contains(static_cast<ProxyId>(i)) && scene_.bodies[i].type != BodyType::Static) {
             broadPhase_.move(static_cast<ProxyId>(i), bounds(scene_.bodies[i].shapes, poses[i]), Vec3d::Zero());
         }
@@ -202,15 +202,15 @@ ErrorMeter::Depths ErrorMeter::depths(const Peer& peer) {
     return depths;
 }
 
-double ErrorMeter::penetration(const Peer& peer) {
-    return depths(peer).deepest;
+double ErrorMeter::penetration(const ReferenceEngine& reference) {
+    return depths(reference).deepest;
 }
 
-double ErrorMeter::jointGap(const Peer& peer) const {
+double ErrorMeter::jointGap(const ReferenceEngine& reference) const {
     double worst = 0;
     for (const Anchors& joint : anchors_) {
-        const Posed a = peer.pose(joint.a);
-        Vec3d gap = peer.pose(joint.b) * joint.onB - a * joint.onA;
+        const Posed a = reference.pose(joint.a);
+        Vec3d gap = reference.pose(joint.b) * joint.onB - a * joint.onA;
         double error = gap.norm();
         if (std::holds_alternative<SliderDef>(*joint.def)) {
             const Vec3d axis = a.rotation * joint.axis;

@@ -1,18 +1,18 @@
 #pragma once
 // How wrong a world is, from the poses and velocities of its bodies alone, by the same formulas for every engine.
 #include "collision/broad_phase/broad_phase.hpp"
-#include "command/compare/peer.hpp"
+#include "command/compare/reference_engine.hpp"
 #include "command/compare/truths.hpp"
 
 namespace cairn {
 
 // An error of a whole run.
 struct Measure {
-    std::string key;          // in JSON
-    std::string words;        // in tables, unit last
-    double scale = 1;         // from SI to the unit of the words
-    double least = 0;         // SI: errors below this count as none when engines are set against each other
-    double most = unlimited;  // SI: above this the scene has failed, however cheaply
+    std::string key;         // in JSON
+    std::string words;       // in tables, unit last
+    double scale = 1;        // from SI to the unit of the words
+    double min = 0;          // SI: errors below this count as none when engines are set against each other
+    double max = unlimited;  // SI: above this the scene has failed, however cheaply
 };
 
 class ErrorMeter {
@@ -25,19 +25,19 @@ public:
     // and SimBenchmark's own; the gap where there are joints, the penetration where bodies may collide.
     const std::vector<Measure>& measures() const { return measures_; }
     // After each step of a run; `steps` have passed.
-    void look(const Peer& peer, int steps);
+    void look(const ReferenceEngine& reference, int steps);
     // Of the run so far, one for each measure, SI.
     std::vector<double> errors() const;
 
     // m: the farthest that a dynamic body's frame is from where the scene put it.
-    double displacement(const Peer& peer) const;
+    double displacement(const ReferenceEngine& reference) const;
     // m: the deepest contact point of any two bodies that may collide, by Cairn's narrow phase.
-    double penetration(const Peer& peer);
+    double penetration(const ReferenceEngine& reference);
     // m: the farthest apart that a joint's two anchors are (across its line for a slider; beyond its bounds for a
     // distance).
-    double jointGap(const Peer& peer) const;
+    double jointGap(const ReferenceEngine& reference) const;
     // m: the farthest that a point is from where its closed form says.
-    double offForm(const Peer& peer, double seconds) const;
+    double offForm(const ReferenceEngine& reference, double seconds) const;
 
 private:
     struct Anchors {
@@ -53,9 +53,9 @@ private:
         double sumOfSquares = 0;  // m2, over points
     };
 
-    Depths depths(const Peer& peer);
+    Depths depths(const ReferenceEngine& reference);
     // SimBenchmark's rolling and bouncing at one step.
-    double speedError(const Peer& peer, double seconds) const;
+    double speedError(const ReferenceEngine& reference, double seconds) const;
 
     const Scene& scene_;
     Known known_;

@@ -114,8 +114,8 @@ RecordedStep recordedStep(const Scene& scene, const Simulation& simulation) {
                          .penetration = orInfinity(report.error.maxPenetration),
                          .jointGap = orInfinity(report.error.maxJointGap),
                          .flags = report.flags,
-                         .effort = report.effort,
-                         .mostWork = report.effort >= 0 ? report.mostWork : 0,
+                         .qualityLevel = report.qualityLevel,
+                         .maxWork = report.qualityLevel >= 0 ? report.maxWork : 0,
                          .contacts = report.counts.contacts,
                          .awake = report.counts.awake};
     findWorst(simulation, scene, step);

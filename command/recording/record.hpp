@@ -11,8 +11,8 @@ struct RecordedStep {
     double penetration = 0;   // m, StepError::maxPenetration; infinity for what is not finite
     double jointGap = 0;      // m, StepError::maxJointGap; the same
     std::uint32_t flags = 0;  // StepFlag bits
-    int effort = -1;          // StepReport::effort; -1: no budget
-    double mostWork = 0;      // StepReport::mostWork of a budget; 0: none
+    int qualityLevel = -1;    // StepReport::qualityLevel; -1: no budget
+    double maxWork = 0;       // StepReport::maxWork of a budget; 0: none
     int contacts = 0;
     int awake = 0;
     // Whom to look at: the two of Simulation's bodies whose contact is deepest, and the place in Scene::joints of the

@@ -64,9 +64,9 @@ public:
         }
         return json_.get<double>();
     }
-    int whole(int least, int most) const {
-        if (!json_.is_number_integer() || json_ < least || json_ > most) {
-            refuse("it must be a whole number from " + std::to_string(least) + " to " + std::to_string(most) + ": " +
+    int whole(int min, int max) const {
+        if (!json_.is_number_integer() || json_ < min || json_ > max) {
+            refuse("it must be a whole number from " + std::to_string(min) + " to " + std::to_string(max) + ": " +
                    recordAnew);
         }
         return json_.get<int>();
@@ -114,15 +114,15 @@ Json stepsJson(const std::vector<RecordedStep>& steps) {
                  {"awake", listOf(steps, [](Step s) { return s.awake; })},
                  {"deepest", listOf(steps, [](Step s) { return s.deepest; })},
                  {"widest", listOf(steps, [](Step s) { return s.widest; })}};
-    if (!steps.empty() && steps.front().effort >= 0) {
-        json["effort"] = listOf(steps, [](Step s) { return s.effort; });
-        json["most_work"] = listOf(steps, [](Step s) { return s.mostWork; });
+    if (!steps.empty() && steps.front().qualityLevel >= 0) {
+        json["quality_level"] = listOf(steps, [](Step s) { return s.qualityLevel; });
+        json["max_work"] = listOf(steps, [](Step s) { return s.maxWork; });
     }
     return json;
 }
 
 std::vector<RecordedStep> readSteps(const Place& place, int bodies, int joints) {
-    constexpr int most = 1 << 30;
+    constexpr int max = 1 << 30;
     std::vector<RecordedStep> steps(place.at("hash").size());
     const auto list = [&](const char* key) { return place.list(key, steps.size()); };
     const Place hash = list("hash"), penetration = list("penetration_m"), gap = list("joint_gap_m"),
@@ -133,9 +133,9 @@ std::vector<RecordedStep> readSteps(const Place& place, int bodies, int joints) 
         step.hash = hash.at(i).hex();
         step.penetration = penetration.at(i).number();
         step.jointGap = gap.at(i).number();
-        step.flags = static_cast<std::uint32_t>(flags.at(i).whole(0, most));
-        step.contacts = contacts.at(i).whole(0, most);
-        step.awake = awake.at(i).whole(0, most);
+        step.flags = static_cast<std::uint32_t>(flags.at(i).whole(0, max));
+        step.contacts = contacts.at(i).whole(0, max);
+        step.awake = awake.at(i).whole(0, max);
         const Place pair = deepest.at(i);
         if (!pair.json().is_array() || pair.size() != 2) {
             pair.refuse(std::string("it must be two bodies: ") + recordAnew);
@@ -143,12 +143,12 @@ std::vector<RecordedStep> readSteps(const Place& place, int bodies, int joints) 
         step.deepest = {pair.at(0).whole(-1, bodies - 1), pair.at(1).whole(-1, bodies - 1)};
         step.widest = widest.at(i).whole(-1, joints - 1);
     }
-    if (place.json().contains("effort")) {
-        const Place efforts = list("effort");
-        const Place mostWork = list("most_work");
+    if (place.json().contains("quality_level")) {
+        const Place qualityLevels = list("quality_level");
+        const Place maxWork = list("max_work");
         for (std::size_t i = 0; i < steps.size(); ++i) {
-            steps[i].effort = efforts.at(i).whole(0, 11);
-            steps[i].mostWork = mostWork.at(i).number();
+            steps[i].qualityLevel = qualityLevels.at(i).whole(0, 11);
+            steps[i].maxWork = maxWork.at(i).number();
         }
     }
     return steps;
@@ -260,8 +260,9 @@ Recording parseRecording(const std::string& text, const std::string& file, bool 
     const std::size_t count = makeSimulation(recording.scene, recording.precision)->bodyCount();
     recording.steps =
         readSteps(place.at("steps"), static_cast<int>(count), static_cast<int>(recording.scene.joints.size()));
-    if (recording.scene.world.accuracy.budget > 0 && !recording.steps.empty() && recording.steps.front().effort < 0) {
-        throw InputError(file + ":/steps/effort", "nothing",
+    if (recording.scene.world.accuracy.budget > 0 && !recording.steps.empty() &&
+        recording.steps.front().qualityLevel < 0) {
+        throw InputError(file + ":/steps/quality_level", "nothing",
                          std::string("a run under a budget has one number a step: ") + recordAnew);
     }
     const int frames = recording.frameCount();

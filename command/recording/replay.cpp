@@ -19,8 +19,8 @@ std::string differing(const RecordedStep& was, const RecordedStep& is) {
     if (was.flags != is.flags) {
         return "flags";
     }
-    if (was.contacts != is.contacts || was.awake != is.awake || was.effort != is.effort ||
-        was.mostWork != is.mostWork) {
+    if (was.contacts != is.contacts || was.awake != is.awake || was.qualityLevel != is.qualityLevel ||
+        was.maxWork != is.maxWork) {
         return "counts";
     }
     return was == is ? "" : "worst pair or joint";
@@ -92,10 +92,10 @@ ReplayResult replay(const Recording& recording, int threads, int steps, const st
     compareFrame(0);
     for (int i = 1; i <= steps; ++i) {
         const RecordedStep& was = recording.steps[static_cast<std::size_t>(i - 1)];
-        if (was.effort >= 0) {
+        if (was.qualityLevel >= 0) {
             AccuracyDef accuracy = scene.world.accuracy;
-            accuracy.effort = was.effort;
-            accuracy.mostWork = was.mostWork;
+            accuracy.qualityLevel = was.qualityLevel;
+            accuracy.maxWork = was.maxWork;
             run.simulation().setAccuracy(accuracy);
         }
         run.step();

@@ -21,7 +21,7 @@ BudgetRun runWithin(const Scene& scene, double budget, double seconds) {
     copy.world.threads = 1;
     copy.world.solver.name = "auto";
     copy.world.accuracy.budget = budget;
-    copy.world.accuracy.effort = budget > 0 ? -1 : 0;
+    copy.world.accuracy.qualityLevel = budget > 0 ? -1 : 0;
     const std::unique_ptr<Simulation> simulation = makeSimulation(copy);
     BudgetRun run{.scene = scene.name, .budget = budget};
     for (int i = 0; i < stepCount(copy); ++i) {
@@ -30,22 +30,22 @@ BudgetRun runWithin(const Scene& scene, double budget, double seconds) {
         run.seconds.push_back(BudgetKeeper::clock(1) - before);
         run.meanError += report.error.position;
         run.worstError = std::max(run.worstError, report.error.position);
-        run.effort += report.effort;
+        run.qualityLevel += report.qualityLevel;
         run.flags |= report.flags;
     }
     run.meanError /= static_cast<double>(run.seconds.size());
-    run.effort /= static_cast<double>(run.seconds.size());
+    run.qualityLevel /= static_cast<double>(run.seconds.size());
     return run;
 }
 
 double BudgetStudy::shareWithin(double budget) const {
-    constexpr double mostSteps = 0.99;
+    constexpr double shareOfSteps = 0.99;
     double within = 0;
     double steps = 0;
     bool possible = false;
     for (const BudgetRun& run : runs) {
         if (run.budget == 0) {
-            possible = run.percentileMs(mostSteps) <= 1e3 * budget;
+            possible = run.percentileMs(shareOfSteps) <= 1e3 * budget;
         } else if (run.budget == budget && possible) {
             within += run.shareWithin() * static_cast<double>(run.seconds.size());
             steps += static_cast<double>(run.seconds.size());
@@ -86,7 +86,7 @@ nlohmann::ordered_json toJson(const BudgetStudy& study) {
                                 {"share_within", run.budget > 0 ? Json(run.shareWithin()) : Json(nullptr)},
                                 {"mean_error_m", run.meanError},
                                 {"worst_error_m", run.worstError},
-                                {"effort", run.effort},
+                                {"quality_level", run.qualityLevel},
                                 {"flags", flagNames(run.flags)}});
     }
     return json;

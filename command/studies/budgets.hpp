@@ -11,11 +11,11 @@ using Tell = std::function<void(double)>;  // of the share that is done
 
 struct BudgetRun {
     std::string scene = {};
-    double budget = 0;                 // s a step; 0: at the lowest effort whatever it takes
+    double budget = 0;                 // s a step; 0: at the lowest quality level whatever it takes
     std::vector<double> seconds = {};  // of each step, of the thread's own work
     double meanError = 0;              // m, StepError::position
     double worstError = 0;             // m
-    double effort = 0;                 // mean
+    double qualityLevel = 0;           // mean
     std::uint32_t flags = 0;           // StepFlag bits that any step raised
 
     double percentileMs(double share) const;  // share in [0, 1]: the smallest time that this share does not exceed

@@ -160,7 +160,7 @@ private:
                 const std::size_t i = static_cast<std::size_t>(r);
                 const Row<double>& row = island.rows[i];
                 bool hard = false;
-                problem.terms[i] = rowTerms(row, island.mobility(row, block), h, hard);
+                problem.terms[i] = rowTerms(row, island.delassus(row, block), h, hard);
                 if (hard) {
                     const bool open = row.lo == 0 && row.C > 0;
                     problem.terms[i].bias = open ? row.C / h : std::clamp(row.C, -hardError, hardError) / h;
@@ -187,7 +187,7 @@ double distance(const Island<double>& island, const std::vector<Vec6<double>>& v
 }
 
 // How far impulses and velocities are from answering each other (sqrt(J)): the natural map of the cone with De Saxce's
-// lift, p - P(p - (u + mu |u_t| n) / A), in the norm of A. Unlike the velocities, which friction does not always
+// correction, p - P(p - (u + mu |u_t| n) / A), in the norm of A. Unlike the velocities, which friction does not always
 // determine, it is 0 at every answer.
 double naturalResidual(const Island<double>& island, const Problem& problem) {
     double sum = 0;
@@ -199,12 +199,12 @@ double naturalResidual(const Island<double>& island, const Problem& problem) {
         };
         if (block.kind != BlockKind::Contact) {
             for (std::size_t i = first; i < first + static_cast<std::size_t>(block.count); ++i) {
-                sum += speed(i) * speed(i) / problem.terms[i].mobility;
+                sum += speed(i) * speed(i) / problem.terms[i].delassus;
             }
             continue;
         }
         const double scale = std::max(
-            {problem.terms[first].mobility, problem.terms[first + 1].mobility, problem.terms[first + 2].mobility});
+            {problem.terms[first].delassus, problem.terms[first + 1].delassus, problem.terms[first + 2].delassus});
         const Vec2<double> slide(speed(first + 1), speed(first + 2));
         const double mu = block.friction;
         const double normal = problem.p[first] - (speed(first) + mu * slide.norm()) / scale;
@@ -234,7 +234,7 @@ void iterate(Island<double>& island, Problem& problem, const SolverDef& def) {
 // What Newton on the whole island makes of it, started from sweeps; where its factor is too dear, those sweeps' answer.
 Problem reference(Step& step) {
     constexpr int sweeps = 2000;
-    constexpr int turns = 8;            // each with a fresh, loose grip
+    constexpr int turns = 8;            // each with a fresh, loose regularisation
     constexpr double affordable = 1e5;  // block products of a factor
     constexpr double solved = 1e-9;     // sqrt(J)
     Problem best = step.problem;
@@ -250,21 +250,21 @@ Problem reference(Step& step) {
     newton.vStar = step.problem.v;
     NewtonOptions options;
     options.regularisation = 1e-3;
-    options.leastRegularisation = 1e-6;
+    options.minRegularisation = 1e-6;
     options.tolerance = 1e-8;
     options.stalled = 1e-7;
-    options.liftTolerance = 1e-6;
-    options.mostLifts = 20;
-    options.maxRounds = 100;
+    options.deSaxceTolerance = 1e-6;
+    options.maxDeSaxceUpdates = 20;
+    options.maxIterations = 100;
     options.goesOn = true;
-    double least = naturalResidual(step.island, best);
-    for (int k = 0; k < turns && least > solved; ++k) {
+    double smallest = naturalResidual(step.island, best);
+    for (int k = 0; k < turns && smallest > solved; ++k) {
         newton.solve(step.island, options);
         const double left = naturalResidual(step.island, newton.problem);
-        if (left >= 0.9 * least) {
+        if (left >= 0.9 * smallest) {
             break;
         }
-        least = left;
+        smallest = left;
         best.p = newton.problem.p;
         best.v = newton.problem.v;
     }
@@ -428,9 +428,9 @@ ClusterCase clusterCase(const std::string& name, const Scene& scene, double seco
         result.runs.push_back(measureRun(ready, "gauss_seidel", 0, iterations, steps));
         told();
     }
-    constexpr int mostInRuns = 1000;  // bodies in a cluster: beyond, a step takes a minute
+    constexpr int maxInRuns = 1000;  // bodies in a cluster: beyond, a step takes a minute
     for (const int size : sizes) {
-        if (size > mostInRuns) {
+        if (size > maxInRuns) {
             continue;
         }
         result.runs.push_back(measureRun(ready, "cluster", size, 0, steps));

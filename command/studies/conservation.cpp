@@ -329,7 +329,7 @@ nlohmann::ordered_json toJson(const ConservationStudy& study) {
                                   {"scene", d.scene},
                                   {"worst", defect(d.worst)},
                                   {"final_energy", d.finalEnergy},
-                                  {"most_energy_lost", d.lost},
+                                  {"max_energy_lost", d.lost},
                                   {"sample_period_s", d.samplePeriod},
                                   {"energies", d.energies}});
     }

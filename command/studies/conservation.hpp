@@ -1,6 +1,6 @@
 #pragma once
-// What each solver conserves: linear and angular momentum per iteration and per step, energy per step (the seed's 5.2
-// and 7.3.2). Small scenes without gravity, so that every change is the solver's.
+// What each solver conserves: linear and angular momentum per iteration and per step, energy per step (theory sections
+// 3.4 and 7.2). Small scenes without gravity, so that every change is the solver's.
 #include <cairn/assets.hpp>
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 #include "command/studies/convergence.hpp"
 #include "command/studies/straight_chain.hpp"
-#include "engine/solve/position/body_descent.hpp"
+#include "engine/solve/position/block_coordinate_descent.hpp"
 #include "engine/solve/velocity/gauss_seidel.hpp"
 
 #include <map>
@@ -36,11 +36,11 @@ bool note(MethodConvergence& method, int k, const Left& left) {
     // The start's own round-off must not decide where a method lands exactly on a level.
     constexpr double even = 1 + 1e-12;
     for (std::size_t a = 0; a < removedShares.size(); ++a) {
-        const double most = (1 - removedShares[a]) * even;
-        if (method.error[a] == 0 && left.error <= most) {
+        const double limit = (1 - removedShares[a]) * even;
+        if (method.error[a] == 0 && left.error <= limit) {
             method.error[a] = k;
         }
-        if (method.residual[a] == 0 && left.residual <= most) {
+        if (method.residual[a] == 0 && left.residual <= limit) {
             method.residual[a] = k;
         }
         all = all && method.error[a] > 0 && method.residual[a] > 0;
@@ -85,20 +85,20 @@ void countRuns(MethodConvergence& method, int cap, const Run& run) {
     for (int n = linear; !all && n < cap; n += n / 4) {
         all = note(method, n, left(n));
     }
-    const auto refine = [&](int& found, double Left::*which, double most) {
+    const auto refine = [&](int& found, double Left::*which, double limit) {
         if (found <= linear) {
             return;
         }
         int high = found;
         int low = linear;
         for (const auto& [n, share] : known) {
-            if (n < high && share.*which > most) {
+            if (n < high && share.*which > limit) {
                 low = std::max(low, n);
             }
         }
         while (high - low > std::max(1, high / 100)) {
             const int middle = (low + high) / 2;
-            (left(middle).*which <= most ? high : low) = middle;
+            (left(middle).*which <= limit ? high : low) = middle;
         }
         found = high;
     };
@@ -197,7 +197,7 @@ MethodConvergence jacobi(const RowChain& rows, const std::string& name, bool spl
     const Splitting<double> split(rows.chain.island, splitMasses);
     MethodConvergence method{.name = name};
     measureSweeps(method, rows, cap, [&](Problem& problem) { problem.sweepAtOnce(rows.chain.island, 1, split); });
-    const Vector D = toVector(split.mobility);
+    const Vector D = toVector(split.delassus);
     method.rateOfMatrix =
         spectralRadius(Matrix::Identity(D.size(), D.size()) - Matrix(D.cwiseInverse().asDiagonal() * rows.A));
     if (!splitMasses) {
@@ -356,7 +356,7 @@ public:
 private:
     StraightChain chain_;
     Problem problem_;
-    BodyDescent<double> descent_;
+    BlockCoordinateDescent<double> descent_;
     std::vector<std::size_t> free_;
     std::vector<double> answer_;
     double startError_ = 1;
@@ -491,11 +491,11 @@ BestPenalty bestPenalty(const std::vector<double>& masses, bool symmetric) {
     };
     constexpr int perDecade = 10;
     double best = 0;
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (int k = -perDecade; k <= 4 * perDecade; ++k) {
         const double at = static_cast<double>(k) / perDecade;
-        if (const double r = radius(at); r < least) {
-            least = r;
+        if (const double r = radius(at); r < smallest) {
+            smallest = r;
             best = at;
         }
     }

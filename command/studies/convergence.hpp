@@ -1,5 +1,5 @@
 #pragma once
-// How fast the engine's own solvers converge on the chain of the seed's section 8 (facts/solvers 5.1 to 5.3).
+// How fast the engine's own solvers converge on the straight chain of theory sections 9.2 to 9.4.
 //
 // The chain: N bodies, the inner ones of 1 kg, the ends of R kg; each of its N - 1 rows starts 1 m too long, impulses
 // start at 0, rows are taken from the first to the last. An iteration is one sweep over rows (or over bodies, with one
@@ -41,7 +41,7 @@ struct ChainConvergence {
     int bodies = 10;
     double ratio = 1;           // R, kg
     double jacobiRadius = 0;    // by the eigenvalues of D^-1 A
-    double bestRelaxation = 1;  // 2 / (1 + sqrt(1 - rho_J^2)), the seed's 4.79 corrected
+    double bestRelaxation = 1;  // 2 / (1 + sqrt(1 - rho_J^2)), theory 5.12
     std::vector<MethodConvergence> methods = {};
 
     const MethodConvergence& method(const std::string& name) const;
@@ -67,7 +67,7 @@ MethodConvergence avbdConvergence(const std::vector<double>& masses, const AvbdR
 // alone, multipliers held.
 double avbdRadius(const std::vector<double>& masses, const std::vector<double>& penalty, bool symmetric = false);
 double bodySweepRadius(const std::vector<double>& masses, const std::vector<double>& penalty);
-// |sum of m v| over the sum of |m v| after each of so many iterations: what no force gave (the seed's 7.3.2).
+// |sum of m v| over the sum of |m v| after each of so many iterations: what no force gave (theory section 7.2).
 std::vector<double> avbdMomentum(const std::vector<double>& masses, const std::vector<double>& penalty, bool symmetric,
                                  int iterations);
 struct BestPenalty {

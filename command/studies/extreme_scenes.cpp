@@ -29,7 +29,7 @@ ExtremeScene start(double seconds) {
 }
 
 BodyId addFloor(ExtremeScene& s, double friction = 0.6, double restitution = 0) {
-    s.least.y() = std::max(s.least.y(), -0.5 * s.size);
+    s.min.y() = std::max(s.min.y(), -0.5 * s.size);
     return s.scene.add({.name = "floor",
                         .type = BodyType::Static,
                         .shapes = {rubbed(halfSpace(Vec3d::UnitY(), 0), friction, restitution)}});
@@ -108,8 +108,8 @@ ExtremeScene chain(double links) {
     ExtremeScene s = start(0.5);
     s.size = 0.2;
     const double reach = 0.2 * links + 1;  // m
-    s.least = Vec3d::Constant(-reach);
-    s.most = Vec3d::Constant(reach);
+    s.min = Vec3d::Constant(-reach);
+    s.max = Vec3d::Constant(reach);
     const Filter filter{.group = -1};
     BodyId last = s.scene.add({.name = "hook", .type = BodyType::Static, .filter = filter});
     for (int i = 0; i < static_cast<int>(links); ++i) {
@@ -155,7 +155,7 @@ ExtremeScene speed(double v) {
     s.scene.add({.name = "lower", .shapes = {cube}, .position = {-5, 0.5, -5}});
     s.scene.add({.name = "upper", .shapes = {cube}, .position = {-5, 1.5, -5}});
     s.scene.add({.name = "at boxes", .shapes = {ball}, .position = {0, 1.2, -5}, .linearVelocity = {-v, 0, 0}});
-    s.most.x() = 10;
+    s.max.x() = 10;
     return s;
 }
 
@@ -215,7 +215,7 @@ ExtremeScene overlap(double share) {
     s.scene.add({.name = "upper", .shapes = {cube}, .position = {0, 1.5 - share, 0}});
     s.scene.add({.name = "sunk box", .shapes = {cube}, .position = {5, 0.5 - share, 0}});
     s.scene.add({.name = "sunk ball", .shapes = {rubbed(sphere(0.5), 0.6)}, .position = {-5, 0.5 - share, 0}});
-    s.least.y() = -0.5 - share;
+    s.min.y() = -0.5 - share;
     // J, to lift what was born too deep: 1000 kg each; the ball less.
     s.allowed = 4 * 1000 * gravity * share;
     return s;

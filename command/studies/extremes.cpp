@@ -54,8 +54,8 @@ public:
                 return fail(entry, "a body went non-finite");
             }
             const double mass = simulation_->mass(i);
-            const bool outside = (pose.position.array() < what_.least.array()).any() ||
-                                 (pose.position.array() > what_.most.array()).any();
+            const bool outside =
+                (pose.position.array() < what_.min.array()).any() || (pose.position.array() > what_.max.array()).any();
             if (mass > 0 && outside) {
                 return fail(entry, "\"" + what_.scene.bodies[i].name + "\" is lost");
             }
@@ -70,13 +70,13 @@ public:
         const double time = what_.scene.dt * (index + 1);
         if (time >= what_.settled) {
             entry.error = std::max(
-                {entry.error, report.error.maxPenetration, report.error.maxJointGap, missed(index + 1 == steps)});
+                {entry.error, report.error.maxPenetration, report.error.maxJointGap, targetError(index + 1 == steps)});
         }
         return true;
     }
 
     // Of the energy in play.
-    static constexpr double mostGained = 1e-3;
+    static constexpr double maxGained = 1e-3;
 
 private:
     static bool fail(ExtremeEntry& entry, const std::string& words) {
@@ -93,7 +93,7 @@ private:
         return energy;
     }
 
-    double missed(bool last) const {
+    double targetError(bool last) const {
         double worst = 0;
         for (const ExtremeTarget& target : what_.targets) {
             if (last || !target.atEnd) {
@@ -144,7 +144,7 @@ ExtremeEntry tryExtreme(const ExtremeAxis& axis, double value, const std::string
         entry.words = error.what();
         return entry;
     }
-    if (entry.energyGained > Judge::mostGained) {
+    if (entry.energyGained > Judge::maxGained) {
         entry.verdict = Verdict::Fails;
         entry.words = "energy from nothing";
     } else {

@@ -26,8 +26,8 @@ struct ExtremeScene {
     double allowed = 0;       // J, that the scene may gain: what was stored in an overlap
     double settled = 0;       // s, from which on errors count
     // Where the centre of every dynamic body must be: outside, it is lost. Energy bounds the rest.
-    Vec3d least = Vec3d::Constant(-unlimited);
-    Vec3d most = Vec3d::Constant(unlimited);
+    Vec3d min = Vec3d::Constant(-unlimited);
+    Vec3d max = Vec3d::Constant(unlimited);
     std::vector<ExtremeTarget> targets = {};
 };
 

@@ -121,28 +121,28 @@ class Scale {
 public:
     Scale(const Axis& axis, const std::vector<double>& values, double from, double to)
         : log_(axis.logarithmic), from_(from), to_(to) {
-        double least = std::numeric_limits<double>::infinity();
-        double most = -least;
+        double smallest = std::numeric_limits<double>::infinity();
+        double largest = -smallest;
         for (const double x : values) {
             if (std::isfinite(x) && (!log_ || x > 0)) {
-                least = std::min(least, x);
-                most = std::max(most, x);
+                smallest = std::min(smallest, x);
+                largest = std::max(largest, x);
             }
         }
-        if (!(least <= most)) {
-            least = log_ ? 0.1 : 0;
-            most = 1;
+        if (!(smallest <= largest)) {
+            smallest = log_ ? 0.1 : 0;
+            largest = 1;
         }
-        least = axis.least.value_or(least);
-        most = axis.most.value_or(most);
+        smallest = axis.min.value_or(smallest);
+        largest = axis.max.value_or(largest);
         if (log_) {
-            low_ = std::log10(least);
-            high_ = std::log10(most);
-            low_ = axis.least ? low_ : std::floor(low_ + 1e-9);
-            high_ = axis.most ? high_ : std::ceil(high_ - 1e-9);
+            low_ = std::log10(smallest);
+            high_ = std::log10(largest);
+            low_ = axis.min ? low_ : std::floor(low_ + 1e-9);
+            high_ = axis.max ? high_ : std::ceil(high_ - 1e-9);
         } else {
-            low_ = least;
-            high_ = most;
+            low_ = smallest;
+            high_ = largest;
         }
         if (!(high_ > low_)) {
             high_ = low_ + 1;

@@ -25,8 +25,8 @@ struct Series {
 struct Axis {
     std::string label = {};
     bool logarithmic = false;
-    std::optional<double> least = {};
-    std::optional<double> most = {};
+    std::optional<double> min = {};
+    std::optional<double> max = {};
 };
 
 struct Panel {

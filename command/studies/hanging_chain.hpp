@@ -1,6 +1,6 @@
 #pragma once
 // A static chain of ten links of 1 m that hangs from a fixed point, the last mass R times the others, undamped: how far
-// it stretches by solver, sub-steps and iterations (facts/solvers 5.4). At rest nothing should happen; a solver that
+// it stretches by solver, sub-steps and iterations (theory section 9.5). At rest nothing should happen; a solver that
 // sags, creeps or flies apart shows it here.
 #include <cairn/assets.hpp>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Piles that should stand still, by solver with its defaults (facts/solvers section 6): how far the worst body moves,
+// Piles that should stand still, by solver with its defaults (theory section 8.6): how far the worst body moves,
 // and what a step costs. Nothing sleeps.
 #include "demos/demos.hpp"
 

@@ -42,7 +42,7 @@ RowProblem<double> StraightChain::problem() const {
     for (const RowBlock<double>& block : island.blocks) {
         const Row<double>& row = island.rows[static_cast<std::size_t>(block.first)];
         bool hard = false;
-        problem.terms.push_back(rowTerms(row, island.mobility(row, block), 1.0, hard));
+        problem.terms.push_back(rowTerms(row, island.delassus(row, block), 1.0, hard));
         problem.terms.back().bias = row.C;
     }
     problem.friction.assign(island.blocks.size(), -1);

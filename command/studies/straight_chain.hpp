@@ -1,6 +1,7 @@
 #pragma once
-// The chain of the seed's section 8, as an island: particles on a straight line, neighbours held at a distance by one
-// row each. J M^-1 J^T of its rows is the seed's 8.7. With h = 1 s, impulses are forces and velocities displacements.
+// The straight chain of theory section 9.2, as an island: particles on a straight line, neighbours held at a distance
+// by one row each. J M^-1 J^T of its rows is theory 9.5. With h = 1 s, impulses are forces and velocities
+// displacements.
 #include "engine/islands/island.hpp"
 #include "engine/solve/velocity/sweep.hpp"
 

@@ -67,7 +67,7 @@ Figure stretchFigure(const ChainStudy& study) {
     for (const double ratio : study.ratios) {
         Panel panel{.title = "last link " + fixed(ratio, 0) + " times the others",
                     .x = {.label = "ms a step", .logarithmic = true},
-                    .y = {.label = "worst stretch, m", .logarithmic = true, .least = 1e-12, .most = 10}};
+                    .y = {.label = "worst stretch, m", .logarithmic = true, .min = 1e-12, .max = 10}};
         for (const ChainEntry& e : study.entries) {
             if (e.rigid || e.ratio != ratio || e.option.name != "defaults" || e.option.solver.name == "auto") {
                 continue;

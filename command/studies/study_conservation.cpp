@@ -56,8 +56,8 @@ Figure iterationFigure(const ConservationStudy& study, const std::string& title,
                   .columns = 2};
     for (const std::string& scene : study.scenes) {
         Panel panel{.title = scene,
-                    .x = {.label = "iterations", .logarithmic = true, .least = 1, .most = 128},
-                    .y = {.label = "defect", .logarithmic = true, .least = 1e-17, .most = 10}};
+                    .x = {.label = "iterations", .logarithmic = true, .min = 1, .max = 128},
+                    .y = {.label = "defect", .logarithmic = true, .min = 1e-17, .max = 10}};
         for (const std::string& solver : study.solvers) {
             if (solver == "auto") {
                 continue;
@@ -95,14 +95,14 @@ StudyOutput studyMomentum(bool full, const Tell& tell) {
                   runTable(study, "Linear momentum: defect of a run", &Defect::linear),
                   runTable(study, "Angular momentum: defect of a run", &Defect::angular)};
     StudyTable bodies{
-        .title = "Linear momentum of bodies moved one after the other: the seed's chain of ten, 1 kg each",
+        .title = "Linear momentum of bodies moved one after the other: ten in a row (theory section 9.2), 1 kg each",
         .note = "Share of the momentum in play that no force gave, after 1 / 8 / 64 iterations (k = 2 kg).",
-        .rows = {{"a round", "defect"}}};
+        .rows = {{"an iteration", "defect"}}};
     for (const bool symmetric : {false, true}) {
         const std::vector<double> defects =
             avbdMomentum(std::vector<double>(10, 1), std::vector<double>(9, 2), symmetric, 64);
         bodies.rows.push_back(
-            {symmetric ? "there and back, rigid motions put right (vbd, avbd)" : "one way (the seed's 7)",
+            {symmetric ? "there and back, rigid motions put right (vbd, avbd)" : "one way (theory 7.6)",
              brief(defects[0]) + " / " + brief(defects[7]) + " / " + brief(defects[63])});
     }
     out.tables.push_back(bodies);
@@ -135,8 +135,7 @@ StudyOutput studyEnergy(bool full, const Tell& tell) {
                   .note = "each solver's defaults, dt = 1/60 s; change over the energy at the start",
                   .columns = 2};
     for (const std::string& scene : study.scenes) {
-        Panel panel{
-            .title = scene, .x = {.label = "s"}, .y = {.label = "change of energy", .least = -0.01, .most = 0.01}};
+        Panel panel{.title = scene, .x = {.label = "s"}, .y = {.label = "change of energy", .min = -0.01, .max = 0.01}};
         for (const std::string& solver : study.solvers) {
             if (solver == "auto") {
                 continue;
@@ -148,8 +147,8 @@ StudyOutput studyEnergy(bool full, const Tell& tell) {
             }
             for (const auto& point : series.points) {
                 if (std::isfinite(point[1])) {
-                    panel.y.least = std::min(*panel.y.least, point[1]);
-                    panel.y.most = std::max(*panel.y.most, point[1]);
+                    panel.y.min = std::min(*panel.y.min, point[1]);
+                    panel.y.max = std::max(*panel.y.max, point[1]);
                 }
             }
             panel.series.push_back(series);

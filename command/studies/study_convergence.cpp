@@ -24,7 +24,7 @@ std::string massRatio(double ratio) {
 }
 
 StudyTable equalMasses(const ChainConvergence& chain) {
-    StudyTable out{.title = "Ten bodies of 1 kg (the seed's figure 2)",
+    StudyTable out{.title = "Ten bodies of 1 kg (theory section 9.2)",
                    .note =
                        "Rate: spectral radius of one iteration of the solver; of the matrix that theory makes of the "
                        "assembled A; by power iteration. Iterations that take away .5/.9/.99/.999 of the start.",
@@ -120,8 +120,8 @@ StudyTable lengthTable(const ConvergenceStudy& study) {
 
 StudyFigure figureTwo(const ChainConvergence& chain) {
     Panel panel{.title = "Ten bodies of 1 kg",
-                .x = {.label = "share of the error that is taken away", .least = 0, .most = 1},
-                .y = {.label = "iterations", .least = 0, .most = 100}};
+                .x = {.label = "share of the error that is taken away", .min = 0, .max = 1},
+                .y = {.label = "iterations", .min = 0, .max = 100}};
     const auto measured = [&](const std::string& name) {
         const MethodConvergence& m = chain.method(name);
         Series series{.label = name};
@@ -146,12 +146,12 @@ StudyFigure figureTwo(const ChainConvergence& chain) {
         return series;
     };
     const double n = static_cast<double>(chain.bodies) / std::acos(-1.0);
-    panel.series = {measured("jacobi"),          measured("gauss_seidel"),
-                    measured("sor, best"),       formula("seed 8.29", 2 * n * n),
-                    formula("seed 8.14", n * n), formula("seed 8.24", n / 2)};
+    panel.series = {measured("jacobi"),           measured("gauss_seidel"),
+                    measured("sor, best"),        formula("theory 9.9", 2 * n * n),
+                    formula("theory 9.8", n * n), formula("theory 9.11", n / 2)};
     return {"figure_2",
             {.title = "Iterations needed on a chain of ten",
-             .note = "measured on the solvers, beside the asymptotic formulas of the seed",
+             .note = "measured on the solvers, beside the asymptotic formulas of docs/theory.md",
              .panels = {panel}}};
 }
 
@@ -162,8 +162,8 @@ StudyFigure historyFigure(const ConvergenceStudy& study) {
     for (const std::size_t which : {std::size_t{0}, study.chains.size() - 1}) {
         const ChainConvergence& chain = study.chains[which];
         Panel panel{.title = massRatio(chain.ratio),
-                    .x = {.label = "iterations", .least = 0, .most = 100},
-                    .y = {.label = "error", .logarithmic = true, .least = 1e-6, .most = 10}};
+                    .x = {.label = "iterations", .min = 0, .max = 100},
+                    .y = {.label = "error", .logarithmic = true, .min = 1e-6, .max = 10}};
         const auto add = [&](const std::string& label, const MethodConvergence& m) {
             Series series{.label = label};
             for (std::size_t k = 0; k < m.history.size() && k <= 100; ++k) {
@@ -185,7 +185,7 @@ StudyFigure historyFigure(const ConvergenceStudy& study) {
 StudyFigure ratioFigure(const ConvergenceStudy& study) {
     Panel panel{.title = "Ten bodies, ends of R kg",
                 .x = {.label = "R, kg", .logarithmic = true},
-                .y = {.label = "iterations that take away 99 %", .logarithmic = true, .least = 1}};
+                .y = {.label = "iterations that take away 99 %", .logarithmic = true, .min = 1}};
     const auto add = [&](const std::string& label, const auto& countOf) {
         Series series{.label = label};
         for (std::size_t i = 0; i < study.ratios.size(); ++i) {

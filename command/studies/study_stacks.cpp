@@ -48,7 +48,7 @@ StudyOutput studyStacks(bool full, const Tell& tell) {
     for (const std::string& name : study.cases) {
         Panel panel{.title = name,
                     .x = {.label = "ms a step", .logarithmic = true},
-                    .y = {.label = "worst displacement, m", .logarithmic = true, .least = 1e-10, .most = 1}};
+                    .y = {.label = "worst displacement, m", .logarithmic = true, .min = 1e-10, .max = 1}};
         for (const std::string& solver : study.solvers) {
             const StackEntry& e = study.at(solver, name);
             panel.series.push_back(

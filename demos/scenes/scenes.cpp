@@ -177,7 +177,7 @@ std::pair<std::string, double> parseOverride(const BuiltinScene& scene, const st
 
 std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
     std::string best;
-    std::size_t fewest = SIZE_MAX;
+    std::size_t smallest = SIZE_MAX;
     for (const std::string& candidate : known) {
         // Levenshtein distance, one row of the table at a time.
         std::vector<std::size_t> row(candidate.size() + 1);
@@ -191,8 +191,8 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
                 row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
             }
         }
-        if (row.back() < fewest) {
-            fewest = row.back();
+        if (row.back() < smallest) {
+            smallest = row.back();
             best = candidate;
         }
     }

@@ -30,19 +30,19 @@ format(const char* pattern, ...) {
 }
 
 // What counts as hard.
-constexpr double heavy = 10;            // mass ratio of neighbours, where sweeps feel it already
-constexpr double veryHeavy = 100;       // and where they will, once there is a load
-constexpr double fewSweeps = 20;        // anyone gives these a step
-constexpr double manySweeps = 100;      // of a plain sweep; nobody gives more a step
-constexpr double phase = 0.6;           // rad a sub-step, of a spring: ten steps a period
-constexpr double deep = 0.001;          // m
-constexpr double flat = 1e-3;           // least over greatest moment of inertia
-constexpr double largeBody = 50;        // m
-constexpr double lightest = 0.5;        // kg/m3: half of air; crates of 1 kg in 1 m3 are common, and harmless
-constexpr double densest = 23000;       // kg/m3: denser than osmium
-constexpr double strongGravity = 50;    // m/s2
-constexpr Eigen::Index mostRows = 600;  // of joints, for which redundancy is looked for
-constexpr double dependent = 1e-8;      // pivot over the first one, below which a row says nothing new
+constexpr double heavy = 10;           // mass ratio of neighbours, where sweeps feel it already
+constexpr double veryHeavy = 100;      // and where they will, once there is a load
+constexpr double fewSweeps = 20;       // anyone gives these a step
+constexpr double manySweeps = 100;     // of a plain sweep; nobody gives more a step
+constexpr double phase = 0.6;          // rad a sub-step, of a spring: ten steps a period
+constexpr double deep = 0.001;         // m
+constexpr double flat = 1e-3;          // least over greatest moment of inertia
+constexpr double largeBody = 50;       // m
+constexpr double lightest = 0.5;       // kg/m3: half of air; crates of 1 kg in 1 m3 are common, and harmless
+constexpr double densest = 23000;      // kg/m3: denser than osmium
+constexpr double strongGravity = 50;   // m/s2
+constexpr Eigen::Index maxRows = 600;  // of joints, for which redundancy is looked for
+constexpr double dependent = 1e-8;     // pivot over the first one, below which a row says nothing new
 
 template <class S>
 class Doctor {
@@ -99,13 +99,13 @@ private:
         for (const Shape& shape : body.def.shapes) {
             thickness = std::min(thickness, innerRadius(shape));
         }
-        const double way = dt_ * static_cast<double>(body.v.norm());
-        if (!body.def.shapes.empty() && way > 2 * thickness) {
-            add(FindingKind::FastBody, {index}, way / (2 * thickness),
+        const double displacement = dt_ * static_cast<double>(body.v.norm());
+        if (!body.def.shapes.empty() && displacement > 2 * thickness) {
+            add(FindingKind::FastBody, {index}, displacement / (2 * thickness),
                 format(
                     "%s moves %.3g m in a step and is %.3g m thick: leave its continuous collision on, or take steps "
                     "of %.2g s.",
-                    who.c_str(), way, 2 * thickness, dt_ * 2 * thickness / way));
+                    who.c_str(), displacement, 2 * thickness, dt_ * 2 * thickness / displacement));
         }
         if (!body.def.shapes.empty() && 2 * body.radius > largeBody) {
             add(FindingKind::Units, {index}, 2 * body.radius,
@@ -170,7 +170,7 @@ private:
                 load = heavier.index;
             }
         };
-        for (const auto& link : island.patches) {
+        for (const auto& link : island.manifolds) {
             ask(link.a, link.b, false);
         }
         for (const auto& link : island.joints) {
@@ -220,8 +220,8 @@ private:
             for (int r = block.first; r < block.first + block.count; ++r) {
                 const Row<S>& row = island.rows[static_cast<std::size_t>(r)];
                 if (row.compliance > S(0)) {
-                    const S mobility = island.responses[static_cast<std::size_t>(r)].mobility;
-                    quickest = std::max(quickest, std::sqrt(static_cast<double>(mobility / row.compliance)));
+                    const S delassus = island.responses[static_cast<std::size_t>(r)].delassus;
+                    quickest = std::max(quickest, std::sqrt(static_cast<double>(delassus / row.compliance)));
                 }
             }
             fast += quickest * substep() > phase ? 1 : 0;
@@ -248,10 +248,10 @@ private:
 
     void lookAtOverlaps(const Island<S>& island) {
         std::set<std::pair<std::uint32_t, std::uint32_t>> told;
-        for (const auto& link : island.patches) {
+        for (const auto& link : island.manifolds) {
             double depth = 0;
-            for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
-                depth = std::max(depth, -static_cast<double>(link.patch->points[k].separation));
+            for (std::size_t k = 0; k < static_cast<std::size_t>(link.manifold->geometry.count); ++k) {
+                depth = std::max(depth, -static_cast<double>(link.manifold->points[k].separation));
             }
             const std::uint32_t a = island.bodies[static_cast<std::size_t>(link.a)].index;
             const std::uint32_t b = island.bodies[static_cast<std::size_t>(link.b)].index;
@@ -264,7 +264,7 @@ private:
         }
     }
 
-    // Hard equality rows whose gradients, in the norm of the mobility, are combinations of others'.
+    // Hard equality rows whose gradients, in the norm of the Delassus operator, are combinations of others'.
     void lookAtRedundancy(const Island<S>& island) {
         std::vector<std::pair<const Row<S>*, std::size_t>> rows;  // with their block
         for (std::size_t k = 0; k < island.joints.size(); ++k) {
@@ -277,7 +277,7 @@ private:
             }
         }
         const auto n = static_cast<Eigen::Index>(rows.size());
-        if (n < 2 || n > mostRows) {
+        if (n < 2 || n > maxRows) {
             return;
         }
         Eigen::MatrixXd scaled = Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(island.bodies.size()), n);
@@ -343,7 +343,8 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
     broadPhase.update();
     // Tables of its own: what the world keeps from step to step stays as it is.
     ContactTable<S> found;
-    found.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.stillDistance}, *jobs);
+    found.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.manifoldReuseDistance},
+                 *jobs);
     Islands<S> parts;
     parts.rebuild(bodies, joints, found, {def.gravity.cast<S>(), def.gyroscopic, false, false});
     Diagnosis diagnosis;

@@ -7,9 +7,9 @@ namespace cairn {
 namespace {
 
 // What is tried before the rest is reckoned: enough for the slow modes to be all that is left.
-constexpr int mostSweeps = 5000;
-constexpr double mostVisits = 2e6;  // of rows
-constexpr int mostTried = 256;      // iterations
+constexpr int maxSweeps = 5000;
+constexpr double maxVisits = 2e6;  // of rows
+constexpr int maxTried = 256;      // iterations
 // Solvers over impulses do half of their sweeps against a spring that gives, to push errors out, and half without. In
 // 200 scenes (test Forecast.*) Jacobi needed 1.4 times as many, in the middle, as the plain sweeps that are counted
 // here.
@@ -28,7 +28,7 @@ RowProblem<S> hardProblem(Island<S>& island, S h) {
         for (std::size_t i = static_cast<std::size_t>(block.first);
              i < static_cast<std::size_t>(block.first + block.count); ++i) {
             bool hard = false;
-            problem.terms[i] = rowTerms(island.rows[i], island.responses[i].mobility, h, hard);
+            problem.terms[i] = rowTerms(island.rows[i], island.responses[i].delassus, h, hard);
             if (hard) {
                 problem.terms[i].bias = island.rows[i].C / h;
             }
@@ -39,11 +39,11 @@ RowProblem<S> hardProblem(Island<S>& island, S h) {
 
 template <class S>
 S farthest(const std::vector<Vec6<S>>& a, const std::vector<Vec6<S>>& b) {
-    S most = 0;
+    S largest = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
-        most = std::max(most, (a[i] - b[i]).template head<3>().norm());
+        largest = std::max(largest, (a[i] - b[i]).template head<3>().norm());
     }
-    return most;
+    return largest;
 }
 
 struct Sweeps {
@@ -52,15 +52,15 @@ struct Sweeps {
 };
 
 // Sweeps until the answer is within `speed` (m/s) of its limit. The change d_k of sweep k shrinks by q, so that
-// d_k q / (1 - q) is still to come (facts/solvers 2.9).
+// d_k q / (1 - q) is still to come (theory 9.22).
 template <class S, class Sweep>
 Sweeps sweepsFor(RowProblem<S> problem, double speed, const Sweep& sweep) {
     std::vector<double> change;
     const double rows = static_cast<double>(std::max<std::size_t>(1, problem.p.size()));
-    const int most = static_cast<int>(std::clamp(mostVisits / rows, 30.0, static_cast<double>(mostSweeps)));
+    const int limit = static_cast<int>(std::clamp(maxVisits / rows, 30.0, static_cast<double>(maxSweeps)));
     std::vector<Vec6<S>> before = problem.v;
     double sum = 0;
-    for (int k = 0; k < most; ++k) {
+    for (int k = 0; k < limit; ++k) {
         sweep(problem);
         change.push_back(static_cast<double>(farthest(problem.v, before)));
         before = problem.v;
@@ -125,7 +125,7 @@ double trySweeps(Island<S>& island, S dt, const char* name, double speed, double
     double before = 0;
     double off = 0;
     int k = 1;
-    for (; k <= mostTried && (k == 1 || k * rows < mostVisits / 8); k *= 2) {
+    for (; k <= maxTried && (k == 1 || k * rows < maxVisits / 8); k *= 2) {
         std::vector<Vec6<S>> next = answer(2 * k);
         const double seen = 1 - std::pow(q, 2 * k);
         before = off;
@@ -165,7 +165,7 @@ double dominance(const Island<S>& island) {
             }
         }
     }
-    double least = 1;
+    double smallest = 1;
     std::vector<S> A(island.rows.size(), S(0));
     for (const RowBlock<S>& block : island.blocks) {
         for (int r = block.first; r < block.first + block.count; ++r) {
@@ -189,11 +189,11 @@ double dominance(const Island<S>& island) {
                 A[j] = S(0);
             }
             if (own > 0) {
-                least = std::min(least, own / (own + sum));
+                smallest = std::min(smallest, own / (own + sum));
             }
         }
     }
-    return least;
+    return smallest;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
 // Angular motor: J v = speed, the spin of b against a about an axis that a carries, within a bound on the torque. A
-// velocity row: it has no C, and is solved among the others (seed 4.11).
+// velocity row: it has no C, and is solved among the others (theory section 3.3).
 #include <cairn/joints/angular_motor.hpp>
 
 #include "engine/constraints/joint_parts.hpp"
@@ -12,7 +12,7 @@ void describe(A& a, AngularMotorDef& j) {
     a.field("axis", j.axis, axisRule);
     a.field("motorSpeed", j.motorSpeed, turnRateRule);
     a.field("motorTorque", j.motorTorque,
-            {.text = "N m, the most the motor gives; left out: unlimited", .least = 0, .mayBeInfinite = true});
+            {.text = "N m, the most the motor gives; left out: unlimited", .min = 0, .mayBeInfinite = true});
 }
 
 template <class S>

@@ -1,10 +1,10 @@
 #pragma once
 // Axis alignment: the turn phi = theta w that brings a's axis onto b's, w = (n_a x n_b) / |n_a x n_b|, theta =
 // atan2(|n_a x n_b|, n_a . n_b), seen along the two axes of a's frame across n_a: C = (y_a . phi, z_a . phi). |C| =
-// theta is the scalar form of the seed's 5.54, with atan2, which does not fold at a right angle (erratum 25), and with
-// the sign that turns b towards a: d theta = w . (w_b - w_a) (errata 1 and 2). The scalar form has no direction where
-// it is obeyed (theta = 0), and one row of it holds one direction only; these two rows are regular there. At theta =
-// pi, where every way back is as short, they push about a's y axis.
+// theta is the scalar form, theory 4.12, with atan2, which does not fold at a right angle (theory erratum 25), and with
+// the sign that turns b towards a: d theta = w . (w_b - w_a) (theory errata 1 and 2). The scalar form has no direction
+// where it is obeyed (theta = 0), and one row of it holds one direction only; these two rows are regular there. At
+// theta = pi, where every way back is as short, they push about a's y axis.
 //
 // With u = w x n_a the gradient is J_k = (w . e_k) w + (u . e_k) (theta cot(theta) u - theta n_a).
 #include <cairn/joints/axis_alignment.hpp>

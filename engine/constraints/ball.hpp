@@ -1,7 +1,7 @@
 #pragma once
-// Ball: C = p_b - p_a, three rows: the vector form of the seed's point to point (5.1, 5.2). There a row pushes each
-// body at its own point, so that an iteration that leaves a gap changes the angular momentum; here both are pushed at
-// p_b, and it stands at every iteration. The scalar form |p_b - p_a| is a distance of length 0.
+// Ball: C = p_b - p_a, three rows: the vector form of point to point (theory 4.4). Were each body pushed at its own
+// point, an iteration that leaves a gap would change the angular momentum (theory 3.10); here both are pushed at p_b,
+// and it stands at every iteration. The scalar form |p_b - p_a| is a distance of length 0.
 #include <cairn/joints/ball.hpp>
 
 #include "engine/constraints/joint_parts.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 // Cone and twist: C = p_b - p_a (3 rows); C = swing - angle(x_a, x_b), the angle by atan2 and its gradient with the
-// corrected sign (seed 5.7, errata 1 and 25); limits on the twist 2 atan2(q_x, q_w) of q = q_a^-1 q_b.
+// corrected sign (theory 4.12, errata 1 and 25); limits on the twist 2 atan2(q_x, q_w) of q = q_a^-1 q_b.
 #include <cairn/joints/cone_twist.hpp>
 
 #include "engine/constraints/joint_parts.hpp"
@@ -12,13 +12,10 @@ void describe(A& a, ConeTwistDef& j) {
     constexpr double pi = std::numbers::pi;
     a.field("anchor", j.anchor, anchorRule);
     a.field("axis", j.axis, axisRule);
-    a.field("swing", j.swing,
-            {.text = "rad, half opening of the cone, between 0 and pi",
-             .least = 0,
-             .most = pi,
-             .above = true,
-             .below = true});
-    const FieldRule twist = {.text = "rad", .least = -pi, .most = pi, .mayBeInfinite = true, .fileOnly = true};
+    a.field(
+        "swing", j.swing,
+        {.text = "rad, half opening of the cone, between 0 and pi", .min = 0, .max = pi, .above = true, .below = true});
+    const FieldRule twist = {.text = "rad", .min = -pi, .max = pi, .mayBeInfinite = true, .fileOnly = true};
     a.field("twistLower", j.twistLower, twist);
     a.field("twistUpper", j.twistUpper, twist);
 }

@@ -1,8 +1,8 @@
 #pragma once
-// Contact point: C = n . (p_b - p_a) >= 0 with the normal n carried by a (seed 5.4), or by b where a is round, and two
-// friction rows J v = 0 across n whose force stays in the disc of radius mu lambda_n (seed 5.6). A particle does not
-// turn: all its contact forces act at its centre, friction too, or the pair would lose angular momentum; the other body
-// carries the normal.
+// Contact point: C = n . (p_b - p_a) >= 0 with the normal n carried by a (theory 4.18), or by b where a is round, and
+// two friction rows J v = 0 across n whose force stays in the disc of radius mu lambda_n (theory 4.19). A particle does
+// not turn: all its contact forces act at its centre, friction too, or the pair would lose angular momentum; the other
+// body carries the normal.
 #include "engine/constraints/rows.hpp"
 
 namespace cairn {

@@ -1,11 +1,10 @@
 #pragma once
 // Distance: C = |p_b - p_a| - L for a rod or a spring (one row); C = |d| - lower and C = upper - |d| for a rope (one
 // row a bound). Its gradient does not exist where the two points meet; there the row pushes along world y. L = 0 is the
-// scalar form of the seed's point to point (5.2 to 5.13): r_i and r_j are those of the present pose (erratum 28), and
-// the push runs through both points, so that angular momentum stands at every iteration. It is obeyed only where its
-// gradient does not exist: solvers that take J once a sub-step hold it to about h times the speed across; `ball` is the
-// form for them. Between two particles, the edge of a cloth or of a soft body, the rows are particle rows and cost a
-// third.
+// scalar form of point to point (theory 4.8): the arms are those of the present pose (theory erratum 28), and the push
+// runs through both points, so that angular momentum stands at every iteration. It is obeyed only where its gradient
+// does not exist: solvers that take J once a sub-step hold it to about h times the speed across; `ball` is the form for
+// them. Between two particles, the edge of a cloth or of a soft body, the rows are particle rows and cost a third.
 #include <cairn/joints/distance.hpp>
 
 #include "engine/constraints/joint_parts.hpp"
@@ -17,7 +16,7 @@ void describe(A& a, DistanceDef& j) {
     a.field("anchorA", j.anchorA, anchorRule);
     a.field("anchorB", j.anchorB, anchorRule);
     const FieldRule length = {
-        .text = "m; left out: the distance at time 0", .least = 0, .mayBeInfinite = true, .fileOnly = true};
+        .text = "m; left out: the distance at time 0", .min = 0, .mayBeInfinite = true, .fileOnly = true};
     a.field("lower", j.lower, length);
     a.field("upper", j.upper, length);
 }

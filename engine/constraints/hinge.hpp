@@ -1,5 +1,5 @@
 #pragma once
-// Hinge: C = p_b - p_a (3 rows); C = (y_a . x_b, z_a . x_b), the axis of b seen across that of a (2 rows, seed 5.7);
+// Hinge: C = p_b - p_a (3 rows); C = (y_a . x_b, z_a . x_b), the axis of b seen across that of a (2 rows, theory 4.10);
 // limits on the angle phi = atan2(y_b . z_a, y_b . y_a); a motor on its rate.
 #include <cairn/joints/hinge.hpp>
 

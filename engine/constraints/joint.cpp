@@ -17,8 +17,8 @@ public:
 
     void field(const char* name, const double& value, const FieldRule& rule) const {
         const bool finite = std::isfinite(value) || (rule.mayBeInfinite && !std::isnan(value));
-        const bool high = rule.above ? value > rule.least : value >= rule.least;
-        const bool low = rule.below ? value < rule.most : value <= rule.most;
+        const bool high = rule.above ? value > rule.min : value >= rule.min;
+        const bool low = rule.below ? value < rule.max : value <= rule.max;
         if (!finite || !(rule.fileOnly || (high && low))) {
             throw InputError(type_ + "." + name, text(value), "give " + wanted(rule) + " (" + rule.text + ")");
         }
@@ -38,11 +38,11 @@ public:
 private:
     static std::string wanted(const FieldRule& rule) {
         std::string limits = rule.mayBeInfinite ? "a number" : "a finite number";
-        if (rule.least > -unlimited) {
-            limits += (rule.above ? " above " : " of at least ") + text(rule.least);
+        if (rule.min > -unlimited) {
+            limits += (rule.above ? " above " : " of at least ") + text(rule.min);
         }
-        if (rule.most < unlimited) {
-            limits += (rule.below ? " below " : " up to ") + text(rule.most);
+        if (rule.max < unlimited) {
+            limits += (rule.below ? " below " : " up to ") + text(rule.max);
         }
         return limits;
     }

@@ -45,8 +45,8 @@ inline void requireAngles(const char* type, const char* lowerName, double lower,
     }
 }
 
-// Three rows that bring two points together: C = p_b - p_a in the axes of a's joint frame (seed 5.1, vector form). Axes
-// that turn with a make C blind to a common rotation, so that angular momentum is conserved (seed 5.2).
+// Three rows that bring two points together: C = p_b - p_a in the axes of a's joint frame (theory 4.4). Axes
+// that turn with a make C blind to a common rotation, so that angular momentum is conserved (theory 3.9).
 template <class S>
 void pointRows(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b, RowWriter<S>& rows) {
     const Vec3<S> pointA = a * frames.a.position;
@@ -63,7 +63,7 @@ void pointRows(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
 }
 
 // Three rows that keep b's joint frame turned as a's: C = log(R_b R_a^T) in the axes of a's frame. The gradient is
-// J_L^-1(C) (w_b - w_a) (seed 2.1.3).
+// J_L^-1(C) (w_b - w_a) (theory 4.9).
 template <class S>
 void orientationRows(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b, RowWriter<S>& rows) {
     const Quat<S> frameA = a.rotation * frames.a.rotation;

@@ -1,6 +1,6 @@
 #pragma once
 // Linear motor: J v = speed, the velocity of b's anchor against a along an axis that a carries, within a bound on the
-// force. A velocity row: it has no C, and is solved among the others (seed 4.11).
+// force. A velocity row: it has no C, and is solved among the others (theory section 3.3).
 #include <cairn/joints/linear_motor.hpp>
 
 #include "engine/constraints/joint_parts.hpp"
@@ -13,7 +13,7 @@ void describe(A& a, LinearMotorDef& j) {
     a.field("axis", j.axis, axisRule);
     a.field("motorSpeed", j.motorSpeed, speedRule);
     a.field("motorForce", j.motorForce,
-            {.text = "N, the most the motor gives; left out: unlimited", .least = 0, .mayBeInfinite = true});
+            {.text = "N, the most the motor gives; left out: unlimited", .min = 0, .mayBeInfinite = true});
 }
 
 template <class S>

@@ -113,7 +113,7 @@ template <class S>
 struct RowResponse {
     Vec6<S> a;
     Vec6<S> b;
-    S mobility;
+    S delassus;
 };
 
 // Adds what an impulse does to the twists v of all bodies of the island.
@@ -203,12 +203,12 @@ public:
     // Says that all rows of the block are between particles.
     void betweenParticles() { block_.particles = true; }
 
-    // Makes the last row a motor: J v = speed with at most `most` N or N m.
-    static void makeMotor(Row<S>& row, S speed, S most) {
+    // Makes the last row a motor: J v = speed with at most `maxForce` N or N m.
+    static void makeMotor(Row<S>& row, S speed, S maxForce) {
         row.isVelocity = true;
         row.velocity = speed;
-        row.lo = -most;
-        row.hi = most;
+        row.lo = -maxForce;
+        row.hi = maxForce;
     }
 
     void pointForce(int pointRows, const Vec3<S>& armA, const Vec3<S>& armB) {

@@ -1,9 +1,8 @@
 #pragma once
-// Spring and damper of the seed's 6.5.1, with k = 1 / compliance in N/m and c in N s/m, taken implicitly: lambda =
-// -k C - c dC/dt at the end of the sub-step (6.47 with the identity, the transposes and the factors that errata 8 and
-// 22 ask for). Scalar form, along the line: C = |p_b - p_a| - L. Vector form, of no rest length: C = p_b - p_a, three
-// rows in a's axes; it pulls alike in all directions and is regular where the points meet, where the scalar form has no
-// direction.
+// Spring and damper (theory 4.3), with k = 1 / compliance in N/m and c in N s/m, taken implicitly: lambda =
+// -k C - c dC/dt at the end of the sub-step (theory 5.3 and 6.6). Scalar form, along the line: C = |p_b - p_a| - L.
+// Vector form, of no rest length: C = p_b - p_a, three rows in a's axes; it pulls alike in all directions and is
+// regular where the points meet, where the scalar form has no direction.
 #include <cairn/joints/spring.hpp>
 
 #include "engine/constraints/joint_parts.hpp"
@@ -14,10 +13,9 @@ template <class A>
 void describe(A& a, SpringDef& j) {
     a.field("anchorA", j.anchorA, anchorRule);
     a.field("anchorB", j.anchorB, anchorRule);
-    a.field("restLength", j.restLength,
-            {.text = "m; left out: the distance at time 0; 0: pulls alike in all directions",
-             .least = 0,
-             .fileOnly = true});
+    a.field(
+        "restLength", j.restLength,
+        {.text = "m; left out: the distance at time 0; 0: pulls alike in all directions", .min = 0, .fileOnly = true});
 }
 
 inline void validate(const SpringDef& j) {

@@ -1,6 +1,6 @@
 #pragma once
 // Volume of a tetrahedron of particles: C = 6 (V - V0) / (6 |V0|)^(2/3), which is a length, so that errors and
-// compliance have the units of other linear rows (seed 6.5.2; gradients 6.52).
+// compliance have the units of other linear rows (theory 4.15).
 #include <cairn/joints/volume.hpp>
 
 #include "engine/constraints/joint_parts.hpp"

@@ -1,4 +1,4 @@
-#include "engine/contacts/seams.hpp"
+#include "engine/contacts/internal_edges.hpp"
 
 #include <algorithm>
 
@@ -12,21 +12,21 @@ double movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S
     const bool fromB = a.radius < b.radius;
     const Body<S>& small = fromB ? a : b;
     const Vec3d centre = small.localCentre.template cast<double>();
-    const Vec3d way = fromB ? Vec3d(aFromB.inverse() * centre - pair.aFromB.inverse() * centre)
-                            : Vec3d(aFromB * centre - pair.aFromB * centre);
-    return way.norm() + 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm() * small.radius;
+    const Vec3d displacement = fromB ? Vec3d(aFromB.inverse() * centre - pair.aFromB.inverse() * centre)
+                                     : Vec3d(aFromB * centre - pair.aFromB * centre);
+    return displacement.norm() + 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm() * small.radius;
 }
 
 // m. Where something rolls, the point that touches wanders off the known one, and a separation that is too small by the
-// square of the way would drive it: such pairs must stand still. Small bodies move less before it counts.
+// square of the displacement would drive it: such pairs must stand still. Small bodies move less before it counts.
 template <class S>
-double stillBound(const PairContacts<S>& pair, double wanted, double smallerRadius) {
+double reuseBound(const PairContacts<S>& pair, double wanted, double smallerRadius) {
     constexpr double rolling = 1e-6;
     constexpr double ofRadius = 1e-3;
     double bound = std::min(wanted, ofRadius * smallerRadius);
-    for (const ContactPatch<S>& patch : pair.patches) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
-            const ContactGeometry<S>& geometry = patch.points[k].geometry;
+    for (const ContactManifold<S>& manifold : pair.manifolds) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.geometry.count); ++k) {
+            const ContactGeometry<S>& geometry = manifold.points[k].geometry;
             if (!geometry.roundA.isZero(S(0)) || !geometry.roundB.isZero(S(0))) {
                 bound = std::min(bound, rolling);
             }
@@ -71,36 +71,36 @@ Vec3d roundPart(const Shape& shape, const Vec3d& point, const Vec3d& normal) {
 }
 
 template <class S>
-ContactPatch<S> makePatch(const Manifold& manifold, const Body<S>& a, const Body<S>& b, const Vec3d& normalInB,
-                          ContactPatch<S>* before) {
-    ContactPatch<S> patch;
-    patch.manifold = manifold;
-    patch.known = manifold.count;
-    const Material& materialA = a.def.shapes[manifold.shapeA].material;
-    const Material& materialB = b.def.shapes[manifold.shapeB].material;
-    patch.friction = combined<S>(materialA.friction, materialB.friction);
-    patch.staticFriction = combined<S>(staticFriction(materialA), staticFriction(materialB));
-    patch.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
+ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, const Body<S>& b, const Vec3d& normalInB,
+                                ContactManifold<S>* before) {
+    ContactManifold<S> manifold;
+    manifold.geometry = geometry;
+    manifold.known = geometry.count;
+    const Material& materialA = a.def.shapes[geometry.shapeA].material;
+    const Material& materialB = b.def.shapes[geometry.shapeB].material;
+    manifold.friction = combined<S>(materialA.friction, materialB.friction);
+    manifold.staticFriction = combined<S>(staticFriction(materialA), staticFriction(materialB));
+    manifold.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
     const std::array<int, 4> match =
-        before != nullptr ? matchPoints(before->manifold, manifold) : std::array<int, 4>{-1, -1, -1, -1};
-    for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.count); ++k) {
-        const ContactPoint& point = manifold.points[k];
-        ContactPointState<S>& state = patch.points[k];
+        before != nullptr ? matchPoints(before->geometry, geometry) : std::array<int, 4>{-1, -1, -1, -1};
+    for (std::size_t k = 0; k < static_cast<std::size_t>(geometry.count); ++k) {
+        const ContactPoint& point = geometry.points[k];
+        ContactPointState<S>& state = manifold.points[k];
         if (match[k] >= 0) {
             ContactPointState<S>& old = before->points[static_cast<std::size_t>(match[k])];
             state = old;
-            old.handedOn = true;
+            old.forcesTransferred = true;
         }
         state.geometry.onA = point.onA.cast<S>() - a.localCentre;
         state.geometry.onB = point.onB.cast<S>() - b.localCentre;
         state.geometry.particleA = a.def.particle;
         state.geometry.particleB = b.def.particle;
-        state.geometry.roundA = roundPart(a.def.shapes[manifold.shapeA], point.onA, manifold.normal).template cast<S>();
-        state.geometry.roundB = roundPart(b.def.shapes[manifold.shapeB], point.onB, normalInB).template cast<S>();
-        state.geometry.normal = (state.geometry.carriedByB() ? normalInB : manifold.normal).template cast<S>();
+        state.geometry.roundA = roundPart(a.def.shapes[geometry.shapeA], point.onA, geometry.normal).template cast<S>();
+        state.geometry.roundB = roundPart(b.def.shapes[geometry.shapeB], point.onB, normalInB).template cast<S>();
+        state.geometry.normal = (state.geometry.carriedByB() ? normalInB : geometry.normal).template cast<S>();
         state.separation = static_cast<S>(point.separation);
     }
-    return patch;
+    return manifold;
 }
 
 // m/s: spins count by the smaller body's size, so that a spinning floor reaches no further than what stands on it.
@@ -111,17 +111,17 @@ double turningSpeed(const PairSide<S>& a, const PairSide<S>& b) {
 }
 
 // The gap that a and b can close within dt, also where something else stops one of them: of two balls that fall
-// together the lower one meets the floor first. A fast body is swept: contacts far ahead of it would stop it at what it
-// only passes.
+// together the lower one meets the floor first. A fast body has continuous collision: contacts far ahead of it would
+// stop it at what it only passes.
 template <class S>
 double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
     const S speed = std::max({(a.v - b.v).norm(), a.v.norm(), b.v.norm()});
     double gap = dt * (static_cast<double>(speed) + turningSpeed(a, b));
     for (const PairSide<S>* side : {&a, &b}) {
         const Body<S>& body = *side->body;
-        const double way =
+        const double displacement =
             dt * (static_cast<double>(side->v.norm()) + static_cast<double>(side->w.norm()) * body.turningRadius);
-        if (way > body.fastWay) {
+        if (displacement > body.ccdDistance) {
             gap = std::min(gap, body.radius);
         }
     }
@@ -141,8 +141,8 @@ double approach(const PairSide<S>& a, const PairSide<S>& b, const Vec3d& n) {
 template <class S>
 void PairContacts<S>::beginStep() {
     ended.clear();
-    for (ContactPatch<S>& patch : patches) {
-        for (ContactPointState<S>& point : patch.points) {
+    for (ContactManifold<S>& manifold : manifolds) {
+        for (ContactPointState<S>& point : manifold.points) {
             point.impulse.setZero();
             point.normalImpulse = S(0);
         }
@@ -150,9 +150,9 @@ void PairContacts<S>::beginStep() {
 }
 
 template <class S>
-void PairContacts<S>::endPoints(const ContactPatch<S>& patch, const Pose<S>& a, const Pose<S>& b) {
-    for (const ContactPointState<S>& point : patch.points) {
-        if (point.handedOn || point.impulse.isZero(S(0))) {
+void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Pose<S>& a, const Pose<S>& b) {
+    for (const ContactPointState<S>& point : manifold.points) {
+        if (point.forcesTransferred || point.impulse.isZero(S(0))) {
             continue;
         }
         EndedContact& end = ended.emplace_back();
@@ -160,73 +160,74 @@ void PairContacts<S>::endPoints(const ContactPatch<S>& patch, const Pose<S>& a, 
         end.normal = point.geometry.direction(a, b).template cast<double>();
         end.impulse = point.impulse.template cast<double>();
         end.normalImpulse = static_cast<double>(point.normalImpulse);
-        end.shapeA = patch.manifold.shapeA;
-        end.shapeB = patch.manifold.shapeB;
-        end.friction = static_cast<double>(patch.friction);
-        end.staticFriction = static_cast<double>(patch.staticFriction);
-        end.restitution = static_cast<double>(patch.restitution);
+        end.shapeA = manifold.geometry.shapeA;
+        end.shapeB = manifold.geometry.shapeB;
+        end.friction = static_cast<double>(manifold.friction);
+        end.staticFriction = static_cast<double>(manifold.staticFriction);
+        end.restitution = static_cast<double>(manifold.restitution);
     }
 }
 
 template <class S>
-bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
-                 NarrowCounts& counts) {
+bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b,
+                 const SpeculativeBounds& speculative, NarrowCounts& counts) {
     const Posed frameA = a.frame();
     const Posed frameB = b.frame();
     const Posed aFromB = relativePose(frameA, frameB);
-    const double ahead = closing(a, b, reach.dt);
+    const double ahead = closing(a, b, speculative.dt);
     pair.before.clear();
     if (pair.made) {
-        // What lies within reach of this step must be among the known points.
+        // What lies within the speculative bounds of this step must be among the known points.
         const double moved = movedSince(pair, aFromB, *a.body, *b.body);
-        if (moved <= stillBound(pair, reach.still, std::min(a.body->radius, b.body->radius)) &&
+        if (moved <= reuseBound(pair, speculative.reuseDistance, std::min(a.body->radius, b.body->radius)) &&
             moved + ahead <= pair.margin) {
-            for (ContactPatch<S>& patch : pair.patches) {
-                for (std::size_t k = 0; k < static_cast<std::size_t>(patch.known); ++k) {
-                    patch.points[k].separation = patch.points[k].geometry.separation(a.pose, b.pose);
+            for (ContactManifold<S>& manifold : pair.manifolds) {
+                for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.known); ++k) {
+                    manifold.points[k].separation = manifold.points[k].geometry.separation(a.pose, b.pose);
                 }
             }
             return false;
         }
     }
-    const double margin = reach.margin + ahead;
-    static thread_local std::vector<Manifold> manifolds;
-    manifolds.clear();
-    collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, manifolds, counts);
+    const double margin = speculative.margin + ahead;
+    static thread_local std::vector<Manifold> found;
+    found.clear();
+    collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, found, counts);
     // What is beside the motion cannot be met.
     double known = margin;
-    std::erase_if(manifolds, [&](const Manifold& manifold) {
-        double least = infinity<double>();
-        for (int k = 0; k < manifold.count; ++k) {
-            least = std::min(least, manifold.points[static_cast<std::size_t>(k)].separation);
+    std::erase_if(found, [&](const Manifold& geometry) {
+        double smallest = infinity<double>();
+        for (int k = 0; k < geometry.count; ++k) {
+            smallest = std::min(smallest, geometry.points[static_cast<std::size_t>(k)].separation);
         }
-        const bool beside = least > reach.margin + reach.dt * approach(a, b, frameA.rotation * manifold.normal);
-        known = beside ? std::min(known, least) : known;
+        const bool beside =
+            smallest > speculative.margin + speculative.dt * approach(a, b, frameA.rotation * geometry.normal);
+        known = beside ? std::min(known, smallest) : known;
         return beside;
     });
-    std::vector<ContactPatch<S>> patches;
-    patches.reserve(manifolds.size());
-    for (const Manifold& manifold : manifolds) {
-        ContactPatch<S>* before = nullptr;
-        for (ContactPatch<S>& old : pair.patches) {
-            if (old.manifold.shapeA == manifold.shapeA && old.manifold.shapeB == manifold.shapeB &&
-                old.manifold.patch == manifold.patch) {
+    std::vector<ContactManifold<S>> manifolds;
+    manifolds.reserve(found.size());
+    for (const Manifold& geometry : found) {
+        ContactManifold<S>* before = nullptr;
+        for (ContactManifold<S>& old : pair.manifolds) {
+            if (old.geometry.shapeA == geometry.shapeA && old.geometry.shapeB == geometry.shapeB &&
+                old.geometry.id == geometry.id) {
                 before = &old;
             }
         }
-        const Vec3d normalInB = relativePose(frameB, frameA).rotation * manifold.normal;
-        patches.push_back(makePatch(manifold, *a.body, *b.body, normalInB, before));
+        const Vec3d normalInB = relativePose(frameB, frameA).rotation * geometry.normal;
+        manifolds.push_back(makeManifold(geometry, *a.body, *b.body, normalInB, before));
     }
-    for (const ContactPatch<S>& old : pair.patches) {
+    for (const ContactManifold<S>& old : pair.manifolds) {
         pair.endPoints(old, a.pose, b.pose);
     }
-    for (ContactPatch<S>& patch : patches) {
-        for (ContactPointState<S>& point : patch.points) {
+    for (ContactManifold<S>& manifold : manifolds) {
+        for (ContactPointState<S>& point : manifold.points) {
             point.geometry.startStep(a.pose, b.pose);
         }
     }
-    pair.before = std::move(pair.patches);
-    pair.patches = std::move(patches);
+    pair.before = std::move(pair.manifolds);
+    pair.manifolds = std::move(manifolds);
     pair.aFromB = aFromB;
     pair.margin = known;
     pair.made = true;
@@ -234,13 +235,13 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
 }
 
 template <class S>
-void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const ContactReach& reach,
-                             JobSystem& jobs, bool onlyChanged) {
+void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies,
+                             const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
     const auto drop = [&](PairContacts<S>& pair) {
         const Pose<S>& a = bodies[pair.pair.a].pose;
         const Pose<S>& b = bodies[pair.pair.b].pose;
-        for (const ContactPatch<S>& patch : pair.patches) {
-            pair.endPoints(patch, a, b);
+        for (const ContactManifold<S>& manifold : pair.manifolds) {
+            pair.endPoints(manifold, a, b);
         }
         if (!pair.ended.empty()) {
             gone_.push_back(std::move(pair));
@@ -274,7 +275,8 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
             onlyChanged ? a.changed || b.changed
                         : (a.awake && a.def.type != BodyType::Static) || (b.awake && b.def.type != BodyType::Static);
         if (moves || !pair.made) {
-            const bool anew = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, reach, countsOf_[i]);
+            const bool anew =
+                collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, speculative, countsOf_[i]);
             isCarried_[i] = anew ? 0 : 1;
         }
     });
@@ -287,7 +289,7 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
         }
         addGroundPair<S>(ground_, pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w});
     }
-    closeSeams(ground_, jobs);
+    cullInternalEdges(ground_, jobs);
     counts_ = {};
     carried_ = static_cast<int>(std::count(isCarried_.begin(), isCarried_.end(), 1));
     for (const NarrowCounts& c : countsOf_) {
@@ -302,10 +304,10 @@ void ContactTable<S>::forget(ProxyId body) {
 
 template struct PairContacts<float>;
 template struct PairContacts<double>;
-template bool collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&, const ContactReach&,
-                          NarrowCounts&);
-template bool collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&, const ContactReach&,
-                          NarrowCounts&);
+template bool collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&,
+                          const SpeculativeBounds&, NarrowCounts&);
+template bool collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&,
+                          const SpeculativeBounds&, NarrowCounts&);
 template class ContactTable<float>;
 template class ContactTable<double>;
 

@@ -1,5 +1,6 @@
 #pragma once
-// The contacts between bodies, kept from step to step: a still pair keeps its manifold, an old point keeps its lambda.
+// The contacts between bodies, kept from step to step: a pair that hardly moves keeps its manifold, an old point keeps
+// its lambda.
 #include "collision/broad_phase/broad_phase.hpp"
 #include "collision/narrow_phase/narrow_phase.hpp"
 #include "engine/constraints/contact.hpp"
@@ -19,14 +20,14 @@ struct ContactPointState {
     // N s over the step, all its sub-steps and impacts: on b, world axes; and of it along the normal.
     Vec3<S> impulse = Vec3<S>::Zero();
     S normalImpulse = 0;
-    bool handedOn = false;  // whether a point of the next manifold has taken over the forces
+    bool forcesTransferred = false;  // whether a point of the next manifold has taken over the forces
 };
 
 // One manifold with the surface it stands for.
 template <class S>
-struct ContactPatch {
-    Manifold manifold;
-    int known = 0;  // points found; those after the first manifold.count carry nothing (seams.hpp)
+struct ContactManifold {
+    Manifold geometry;
+    int known = 0;  // points found; those after the first geometry.count carry nothing (internal_edges.hpp)
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
@@ -54,21 +55,22 @@ struct PairContacts {
     Posed aFromB;       // at which the manifolds were made
     double margin = 0;  // m, as far as which they were looked for
     bool made = false;
-    std::vector<ContactPatch<S>> patches;
-    std::vector<ContactPatch<S>> before;  // those that were replaced in this step
-    std::vector<EndedContact> ended;      // of this step
+    std::vector<ContactManifold<S>> manifolds;
+    std::vector<ContactManifold<S>> before;  // those that were replaced in this step
+    std::vector<EndedContact> ended;         // of this step
 
     // No impulse has been given yet.
     void beginStep();
-    // Notes the points of a patch that gave an impulse and hand nothing on.
-    void endPoints(const ContactPatch<S>& patch, const Pose<S>& a, const Pose<S>& b);
+    // Notes the points of a manifold that gave an impulse and hand nothing on.
+    void endPoints(const ContactManifold<S>& manifold, const Pose<S>& a, const Pose<S>& b);
 };
 
-// How far apart contacts are looked for: `margin` (m), and further where two bodies can close a gap within `dt` (s).
-struct ContactReach {
+// How far apart contacts are looked for speculatively: `margin` (m), and further where two bodies can close a gap
+// within `dt` (s).
+struct SpeculativeBounds {
     double margin = 0;
     double dt = 0;
-    double still = 0;  // m, of WorldDef::stillDistance
+    double reuseDistance = 0;  // m, of WorldDef::manifoldReuseDistance
 };
 
 // One body of a pair where it is now.
@@ -87,10 +89,10 @@ struct PairSide {
 
 // Makes the manifolds of a pair anew. False: it stood still, and they are carried.
 template <class S>
-bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b, const ContactReach& reach,
-                 NarrowCounts& counts);
+bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b,
+                 const SpeculativeBounds& speculative, NarrowCounts& counts);
 
-// The contacts of a moving body with a body that no force moves (seams.hpp).
+// The contacts of a moving body with a body that no force moves (internal_edges.hpp).
 template <class S>
 struct GroundPair {
     std::uint32_t mover;  // index of the moving body
@@ -105,7 +107,7 @@ class ContactTable {
 public:
     // Follows the sorted list of near pairs and runs the narrow phase where a pair moved; with `onlyChanged`, where a
     // body has changed between two steps (Body::changed).
-    void update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const ContactReach& reach,
+    void update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const SpeculativeBounds& speculative,
                 JobSystem& jobs, bool onlyChanged = false);
     // Forgets the pairs that came apart in the last step.
     void beginStep() { gone_.clear(); }

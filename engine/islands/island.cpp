@@ -1,6 +1,6 @@
 #include "engine/islands/island.hpp"
 #include "engine/constraints/axis_lock.hpp"
-#include "engine/contacts/seams.hpp"
+#include "engine/contacts/internal_edges.hpp"
 #include "engine/model/gyroscopics.hpp"
 
 namespace cairn {
@@ -21,8 +21,8 @@ void linearizeLock(const Island<S>& island, const typename Island<S>::LockLink& 
 }
 
 template <class S>
-bool hasFriction(const ContactPatch<S>& patch) {
-    return patch.friction > S(0) || patch.staticFriction > S(0);
+bool hasFriction(const ContactManifold<S>& manifold) {
+    return manifold.friction > S(0) || manifold.staticFriction > S(0);
 }
 
 }  // namespace
@@ -30,11 +30,11 @@ bool hasFriction(const ContactPatch<S>& patch) {
 SolveReport& SolveReport::operator+=(const SolveReport& o) {
     directSolves += o.directSolves;
     sweptSolves += o.sweptSolves;
-    newtonRounds += o.newtonRounds;
+    newtonIterations += o.newtonIterations;
     factorisations += o.factorisations;
     rows = std::max(rows, o.rows);
     work += o.work;
-    cut = cut || o.cut;
+    truncated = truncated || o.truncated;
     unconverged = unconverged || o.unconverged;
     tooLong = tooLong || o.tooLong;
     residual = std::max(residual, o.residual);
@@ -77,7 +77,7 @@ void Island<S>::clear() {
     keep(fresh.bodies, bodies);
     keep(fresh.joints, joints);
     keep(fresh.pairs, pairs);
-    keep(fresh.patches, patches);
+    keep(fresh.manifolds, manifolds);
     keep(fresh.locks, locks);
     keep(fresh.atStep, atStep);
     keep(fresh.atSubstep, atSubstep);
@@ -91,7 +91,7 @@ void Island<S>::clear() {
 }
 
 template <class S>
-void Island<S>::detect(const ContactReach& reach, NarrowCounts& counts) {
+void Island<S>::detect(const SpeculativeBounds& speculative, NarrowCounts& counts) {
     const auto side = [&](const Body<S>& body, int local) {
         const SolverBody<S>& s = bodies[static_cast<std::size_t>(local)];
         return PairSide<S>{&body, s.pose, s.v.template head<3>(), s.v.template tail<3>()};
@@ -100,22 +100,22 @@ void Island<S>::detect(const ContactReach& reach, NarrowCounts& counts) {
     for (const PairLink& link : pairs) {
         const PairSide<S> a = side(*link.bodyA, link.a);
         const PairSide<S> b = side(*link.bodyB, link.b);
-        collidePair(*link.pair, a, b, reach, counts);
+        collidePair(*link.pair, a, b, speculative, counts);
         addGroundPair(ground, *link.pair, a, b);
     }
-    closeSeams(ground);
-    collectPatches();
+    cullInternalEdges(ground);
+    collectManifolds();
 }
 
 template <class S>
-void Island<S>::collectPatches() {
-    patches.clear();
+void Island<S>::collectManifolds() {
+    manifolds.clear();
     for (const PairLink& link : pairs) {
-        for (ContactPatch<S>& patch : link.pair->patches) {
-            for (ContactPointState<S>& point : patch.points) {
+        for (ContactManifold<S>& manifold : link.pair->manifolds) {
+            for (ContactPointState<S>& point : manifold.points) {
                 point.geometry.startStep(poseOf(*this, link.a), poseOf(*this, link.b));
             }
-            patches.push_back({&patch, link.a, link.b});
+            manifolds.push_back({&manifold, link.a, link.b});
         }
     }
 }
@@ -125,7 +125,7 @@ void Island<S>::predict(S h) {
     impacts_.clear();
     for (SolverBody<S>& body : bodies) {
         body.vBefore = body.v;
-        body.outside.setZero();
+        body.externalImpulse.setZero();
         body.gyroMomentum.setZero();
         body.offset.setZero();
         if (body.fixed) {
@@ -141,7 +141,7 @@ void Island<S>::predict(S h) {
         if (body.angularDecay > S(0)) {
             body.v.template tail<3>() *= std::exp(-body.angularDecay * h);
         }
-        body.outside = body.applyMass(body.v - body.vBefore);
+        body.externalImpulse = body.applyMass(body.v - body.vBefore);
         if (body.gyroscopic != GyroscopicRule::None) {
             const Mat3<S> R = body.pose.rotation.toRotationMatrix();
             const Vec3<S> w = body.v.template tail<3>();
@@ -165,8 +165,8 @@ void Island<S>::linearize() {
     rows.clear();
     blocks.clear();
     std::size_t points = 0;
-    for (const PatchLink& link : patches) {
-        points += static_cast<std::size_t>(link.patch->manifold.count);
+    for (const ManifoldLink& link : manifolds) {
+        points += static_cast<std::size_t>(link.manifold->geometry.count);
     }
     rows.reserve(3 * points);
     blocks.reserve(joints.size() + locks.size() + points);
@@ -178,14 +178,14 @@ void Island<S>::linearize() {
     linearizeJoints(rows, blocks);
     jointBlocks = static_cast<int>(blocks.size());
     pointOfBlock_.clear();
-    for (std::size_t p = 0; p < patches.size(); ++p) {
-        const Placement<S> a(poseOf(*this, patches[p].a));
-        const Placement<S> b(poseOf(*this, patches[p].b));
-        for (int k = 0; k < patches[p].patch->manifold.count; ++k) {
+    for (std::size_t p = 0; p < manifolds.size(); ++p) {
+        const Placement<S> a(poseOf(*this, manifolds[p].a));
+        const Placement<S> b(poseOf(*this, manifolds[p].b));
+        for (int k = 0; k < manifolds[p].manifold->geometry.count; ++k) {
             RowBlock<S>& block = blocks.emplace_back();
             pointOfBlock_.push_back({static_cast<int>(p), k});
-            linearizePoint(patches[p], k, a, b, rows, block);
-            const ContactPointState<S>& point = patches[p].patch->points[static_cast<std::size_t>(k)];
+            linearizePoint(manifolds[p], k, a, b, rows, block);
+            const ContactPointState<S>& point = manifolds[p].manifold->points[static_cast<std::size_t>(k)];
             Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
             row[0].lambda = point.normalForce;
             for (int t = 1; t < block.count; ++t) {
@@ -230,7 +230,7 @@ RowResponse<S> Island<S>::responseOf(const Row<S>& row, const RowBlock<S>& block
             response.b.template tail<3>() = body(block.d).inverseMass * row.b.template tail<3>();
         }
     }
-    response.mobility = row.a.dot(response.a) + row.b.dot(response.b);
+    response.delassus = row.a.dot(response.a) + row.b.dot(response.b);
     return response;
 }
 
@@ -262,17 +262,17 @@ void Island<S>::linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, 
 
 template <class S>
 template <class P>
-void Island<S>::linearizePoint(const PatchLink& link, int point, const P& a, const P& b, std::vector<Row<S>>& out,
+void Island<S>::linearizePoint(const ManifoldLink& link, int point, const P& a, const P& b, std::vector<Row<S>>& out,
                                RowBlock<S>& block) const {
-    const ContactPatch<S>& patch = *link.patch;
+    const ContactManifold<S>& manifold = *link.manifold;
     block.a = link.a;
     block.b = link.b;
     block.kind = BlockKind::Contact;
     block.first = static_cast<int>(out.size());
-    block.friction = patch.friction;
-    block.staticFriction = patch.staticFriction;
+    block.friction = manifold.friction;
+    block.staticFriction = manifold.staticFriction;
     RowWriter<S> writer(out, block);
-    linearizeContact(patch.points[static_cast<std::size_t>(point)].geometry, a, b, hasFriction(patch), writer);
+    linearizeContact(manifold.points[static_cast<std::size_t>(point)].geometry, a, b, hasFriction(manifold), writer);
 }
 
 template <class S>
@@ -288,7 +288,7 @@ void Island<S>::relinearize(std::size_t k) {
         linearizeLock(*this, locks[k - joints.size()], scratch, block);
     } else {
         const PointRef& ref = pointOfBlock_[k - static_cast<std::size_t>(jointBlocks)];
-        const PatchLink& link = patches[static_cast<std::size_t>(ref.patch)];
+        const ManifoldLink& link = manifolds[static_cast<std::size_t>(ref.manifold)];
         linearizePoint(link, ref.point, poseOf(*this, link.a), poseOf(*this, link.b), scratch, block);
     }
     blocks[k].armA = block.armA;
@@ -322,16 +322,16 @@ void Island<S>::jointErrors(std::vector<S>& C) const {
 template <class S>
 void Island<S>::contactErrors(std::vector<S>& C) const {
     std::size_t points = 0;
-    for (const PatchLink& link : patches) {
-        points += static_cast<std::size_t>(link.patch->manifold.count);
+    for (const ManifoldLink& link : manifolds) {
+        points += static_cast<std::size_t>(link.manifold->geometry.count);
     }
     C.resize(points);
     S* next = C.data();
-    for (const PatchLink& link : patches) {
+    for (const ManifoldLink& link : manifolds) {
         const Placement<S> a(poseOf(*this, link.a));
         const Placement<S> b(poseOf(*this, link.b));
-        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
-            *next++ = link.patch->points[k].geometry.separation(a, b);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(link.manifold->geometry.count); ++k) {
+            *next++ = link.manifold->points[k].geometry.separation(a, b);
         }
     }
 }
@@ -366,10 +366,10 @@ void Island<S>::handImpulsesOn() {
         ++given;
     }
     given += locks.size();
-    for (const PatchLink& link : patches) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
-            link.patch->points[k].impulse += given->b.template head<3>();
-            link.patch->points[k].normalImpulse += given->normal;
+    for (const ManifoldLink& link : manifolds) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(link.manifold->geometry.count); ++k) {
+            link.manifold->points[k].impulse += given->b.template head<3>();
+            link.manifold->points[k].normalImpulse += given->normal;
             ++given;
         }
     }
@@ -405,11 +405,11 @@ void Island<S>::storeLambda(S h) {
             (*lock.lambda)[k] = rows[static_cast<std::size_t>(block.first) + k].lambda;
         }
     }
-    for (const PatchLink& link : patches) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
+    for (const ManifoldLink& link : manifolds) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(link.manifold->geometry.count); ++k) {
             const RowBlock<S>& block = blocks[next++];
             const Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
-            ContactPointState<S>& point = link.patch->points[k];
+            ContactPointState<S>& point = link.manifold->points[k];
             point.normalForce = row[0].lambda;
             point.slip.setZero();
             point.friction.setZero();

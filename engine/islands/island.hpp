@@ -30,12 +30,12 @@ struct SolverBody {
     Vec6<S> force = Vec6<S>::Zero();  // gravity and what the game asked for, N and N m
     S linearDecay = 0;                // 1/s
     S angularDecay = 0;
-    Vec3<S> acceleration = Vec3<S>::Zero();  // m/s2, mean over the last step
-    Vec3<S> stiffening = Vec3<S>::Zero();    // kg m2, of the diagonal of `inertia`: geometric stiffness, no mass
-    Vec6<S> vBefore = Vec6<S>::Zero();       // twist at the start of the sub-step
-    Vec6<S> outside = Vec6<S>::Zero();       // N s, N m s: what forces, damping and impacts gave it in this sub-step
-    S unexplained = -1;    // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows explain;
-                           // -1: not looked at in this step
+    Vec3<S> acceleration = Vec3<S>::Zero();     // m/s2, mean over the last step
+    Vec3<S> stiffening = Vec3<S>::Zero();       // kg m2, of the diagonal of `inertia`: geometric stiffness, no mass
+    Vec6<S> vBefore = Vec6<S>::Zero();          // twist at the start of the sub-step
+    Vec6<S> externalImpulse = Vec6<S>::Zero();  // N s, N m s: what forces, damping and impacts gave it in this sub-step
+    S momentumResidual = -1;  // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows
+                              // explain; -1: not looked at in this step
     double tolerance = 0;  // m, BodyDef::tolerance
     // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
     // short of the angular momentum after its forces and impulses.
@@ -80,11 +80,11 @@ constexpr double visitsOfProduct = 9;
 struct SolveReport {
     int directSolves = 0;
     int sweptSolves = 0;
-    int newtonRounds = 0;
+    int newtonIterations = 0;
     int factorisations = 0;
     int rows = 0;
-    double work = 0;   // RowProblem::work()
-    bool cut = false;  // Island::mostWork left something undone
+    double work = 0;         // RowProblem::work()
+    bool truncated = false;  // Island::maxWork left something undone
     bool unconverged = false;
     // A refused sub-step has changed nothing but the bodies, which must be put back.
     bool tooLong = false;         // refused: shorter sub-steps are needed
@@ -108,8 +108,8 @@ struct Island {
         int a, b;
         int c = -1, d = -1;  // of joints between more than two particles
     };
-    struct PatchLink {
-        ContactPatch<S>* patch;
+    struct ManifoldLink {
+        ContactManifold<S>* manifold;
         int a, b;
     };
     // A near pair, whether it touches or not.
@@ -126,10 +126,10 @@ struct Island {
     };
     std::vector<JointLink> joints;
     std::vector<PairLink> pairs;
-    std::vector<PatchLink> patches;  // of all pairs, in their order
+    std::vector<ManifoldLink> manifolds;  // of all pairs, in their order
     std::vector<LockLink> locks;
 
-    // The bodies as they were when the step began, and the sub-step if it is a later one (refine.cpp).
+    // The bodies as they were when the step began, and the sub-step if it is a later one (time_subdivision.cpp).
     std::vector<SolverBody<S>> atStep;
     std::vector<SolverBody<S>> atSubstep;
 
@@ -141,30 +141,31 @@ struct Island {
 
     // What is kept from step to step of how the island was solved.
     struct Memory {
-        std::any solver;        // orders and patterns: for speed alone, never part of the answer
-        int halvings = 0;       // of the sub-step, because one was refused
-        int backoff = 0;        // auto: steps that sweeps take over for when `direct` fails next
-        int sweepSteps = 0;     // auto: of those, still to come
-        double position = 0;    // m, IslandError::position of the last step
-        double work = 0;        // SolveReport::work of the last step
-        double directWork = 0;  // auto: what `direct` took lately, or would have; less from step to step
-        int level = 0;          // of refinement (refine.hpp), because the error asked for needed it
-        int calmSteps = 0;      // in which one level less would have done
+        std::any solver;           // orders and patterns: for speed alone, never part of the answer
+        int halvings = 0;          // of the sub-step, because one was refused
+        int backoff = 0;           // auto: steps that sweeps take over for when `direct` fails next
+        int sweepSteps = 0;        // auto: of those, still to come
+        double position = 0;       // m, IslandError::position of the last step
+        double work = 0;           // SolveReport::work of the last step
+        double directWork = 0;     // auto: what `direct` took lately, or would have; less from step to step
+        int subdivisionLevel = 0;  // of refinement (time_subdivision.hpp), because the error asked for needed it
+        int calmSteps = 0;         // in which one level less would have done
     };
     Memory memory;
     bool isLast = false;             // whether this sub-step is the last of its step
     bool mayRefuse = false;          // whether this sub-step may be refused
     bool mayRestart = false;         // auto: whether the whole step may begin anew
-    bool churns = false;             // auto: its contacts are expected to open and shut
+    bool activeSetChanging = false;  // auto: its contacts are expected to open and shut
     bool sweeps = false;             // auto: this step belongs to sweeps
     bool mayHalveOnFailure = false;  // auto: an unsolved contact problem is worth shorter sub-steps
-    int roundCap = 0;  // auto: the most Newton rounds that this island's bound pays for; 0: no cap but the solver's own
+    int iterationCap =
+        0;  // auto: the most Newton iterations that this island's bound pays for; 0: no cap but the solver's own
     // Of the step, as SolveReport::work counts it; while a solver advances it, of the sub-step. What does not fit in is
     // left undone, but for the least that gives an answer.
-    double mostWork = std::numeric_limits<double>::infinity();
+    double maxWork = std::numeric_limits<double>::infinity();
 
-    // Whether it erred so little in the last step that more effort would gain nothing: it is solved in one piece where
-    // no tolerance is asked.
+    // Whether it erred so little in the last step that a higher quality level would gain nothing: it is solved without
+    // subdivision where no tolerance is asked.
     bool isCalm() const {
         constexpr double goodEnough = 1e-5;  // m
         return memory.position < goodEnough;
@@ -172,9 +173,9 @@ struct Island {
     // As it was made, but for room that it need not ask for again.
     void clear();
     // Looks for contacts anew at the bodies' present poses; points that are still there keep their forces.
-    void detect(const ContactReach& reach, NarrowCounts& counts);
-    // Takes the patches of the pairs as they are, at the bodies' present poses.
-    void collectPatches();
+    void detect(const SpeculativeBounds& speculative, NarrowCounts& counts);
+    // Takes the manifolds of the pairs as they are, at the bodies' present poses.
+    void collectManifolds();
     // v <- the mean twist of the sub-step without constraints: h (force / M) and damping at its start, then the mean of
     // the free spin (by need).
     void predict(S h);
@@ -211,7 +212,7 @@ struct Island {
         }
     }
     // J M^-1 J^T of a row that need not be among `rows`, 1/kg or 1/(kg m2).
-    S mobility(const Row<S>& row, const RowBlock<S>& block) const { return responseOf(row, block).mobility; }
+    S delassus(const Row<S>& row, const RowBlock<S>& block) const { return responseOf(row, block).delassus; }
 
     // Appends the rows and blocks of joints and locks at the present poses, with the lambda of the last solve.
     void linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut) const;
@@ -220,7 +221,7 @@ struct Island {
 
 private:
     struct PointRef {
-        int patch, point;
+        int manifold, point;
     };
     // What a block gave, laid out as the gradients of its rows are: N s, N m s.
     struct Given {
@@ -242,7 +243,7 @@ private:
     RowResponse<S> responseOf(const Row<S>& row, const RowBlock<S>& block) const;
     // `a`, `b`: Pose or Placement of the two bodies.
     template <class P>
-    void linearizePoint(const PatchLink& link, int point, const P& a, const P& b, std::vector<Row<S>>& out,
+    void linearizePoint(const ManifoldLink& link, int point, const P& a, const P& b, std::vector<Row<S>>& out,
                         RowBlock<S>& block) const;
     std::vector<PointRef> pointOfBlock_;                  // of the blocks from jointBlocks on
     std::vector<Given> given_;                            // by block

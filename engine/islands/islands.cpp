@@ -90,7 +90,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         }
     }
     for (const PairContacts<S>& pair : contacts.pairs()) {
-        if (!pair.patches.empty()) {
+        if (!pair.manifolds.empty()) {
             link(pair.pair.a, pair.pair.b);
         }
     }
@@ -181,7 +181,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         if (moves(pair.pair.a) || moves(pair.pair.b)) {
             pair.beginStep();
         }
-        if (pair.patches.empty() && !motion.detectsWithin) {
+        if (pair.manifolds.empty() && !motion.detectsWithin) {
             continue;
         }
         if (const int k = islandFor(pair.pair.a, pair.pair.b); k >= 0) {
@@ -192,7 +192,7 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         }
     }
     for (Island<S>& island : awake_) {
-        island.collectPatches();
+        island.collectManifolds();
     }
 }
 

@@ -4,7 +4,7 @@
 namespace cairn {
 namespace {
 
-// x less its projection: by how much x misses the law "in [lo, hi], and pushed against a bound only if there".
+// x less its projection: the residual of the law "in [lo, hi], and pushed against a bound only if there".
 template <class S>
 S naturalMap(S x, S step, S lo, S hi) {
     return x - std::clamp(x - step, lo, hi);
@@ -29,16 +29,16 @@ public:
             joint(island_.blocks[k], error);
         }
         const RowBlock<S>* block = island_.blocks.data() + island_.jointBlocks;
-        for (const auto& link : island_.patches) {
-            if (link.patch->manifold.count == 0) {
+        for (const auto& link : island_.manifolds) {
+            if (link.manifold->geometry.count == 0) {
                 continue;
             }
             const Placement<S> a(island_.bodies[static_cast<std::size_t>(link.a)].pose);
             const Placement<S> b(island_.bodies[static_cast<std::size_t>(link.b)].pose);
             const double asked = tolerance(*block);
             IslandError sum = error;  // a copy that nothing else points to stays in registers
-            for (std::size_t k = 0; k < static_cast<std::size_t>(link.patch->manifold.count); ++k) {
-                ContactPointState<S>& point = link.patch->points[k];
+            for (std::size_t k = 0; k < static_cast<std::size_t>(link.manifold->geometry.count); ++k) {
+                ContactPointState<S>& point = link.manifold->points[k];
                 const S before = std::min(S(0), point.separation);
                 const S separation = point.geometry.separation(a, b);
                 sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
@@ -51,11 +51,11 @@ public:
 private:
     // The tolerance that bodies of the block ask for, m; 0: none.
     double tolerance(const RowBlock<S>& block) const {
-        double least = accuracy_.position;
+        double tightest = accuracy_.position;
         for (int k = 0; k < block.bodyCount(); ++k) {
-            least = tighter(least, island_.bodies[static_cast<std::size_t>(block.body(k))].tolerance);
+            tightest = tighter(tightest, island_.bodies[static_cast<std::size_t>(block.body(k))].tolerance);
         }
-        return least;
+        return tightest;
     }
     // asked: tolerance() of the block.
     void count(double asked, S position, S velocity, IslandError& sum) const {
@@ -69,17 +69,17 @@ private:
         }
     }
     // The arm, m, at which an angular row's error shows: the bodies' radius of gyration about its axis.
-    S arm(const RowBlock<S>& block, S mobility) const {
+    S arm(const RowBlock<S>& block, S delassus) const {
         S inverse = 0;
         for (int k = 0; k < block.bodyCount(); ++k) {
             inverse += island_.bodies[static_cast<std::size_t>(block.body(k))].inverseMass;
         }
-        return mobility > S(0) ? std::sqrt(inverse / mobility) : S(0);
+        return delassus > S(0) ? std::sqrt(inverse / delassus) : S(0);
     }
 
     // What of an error was there before the sub-step; a gap that was open has none.
-    static S onTheWay(S before, S miss, bool oneSided) {
-        return oneSided ? std::min(before, std::max(miss, S(0))) : before;
+    static S carriedOver(S before, S residual, bool oneSided) {
+        return oneSided ? std::min(before, std::max(residual, S(0))) : before;
     }
 
     void joint(const RowBlock<S>& block, IslandError& sum) const {
@@ -92,24 +92,24 @@ private:
             Row<S> row = island_.rows[i];
             const S before = row.C;
             row.C = C_[i];
-            const S mobility = island_.responses[i].mobility;
-            if (!(mobility > S(0))) {
+            const S delassus = island_.responses[i].delassus;
+            if (!(delassus > S(0))) {
                 continue;
             }
-            const S lever = row.isAngular ? arm(block, mobility) : S(1);
+            const S lever = row.isAngular ? arm(block, delassus) : S(1);
             if (row.isVelocity) {
                 const S step = island_.rowVelocity(row, block) - row.velocity;
-                const S grip = mobility * h_;
-                const S miss = naturalMap<S>(grip * row.lambda, step, grip * row.lo, grip * row.hi);
-                sum.constraint += static_cast<double>(miss * miss / mobility);
-                velocity = std::max(velocity, lever * std::abs(miss));
+                const S perForce = delassus * h_;
+                const S residual = naturalMap<S>(perForce * row.lambda, step, perForce * row.lo, perForce * row.hi);
+                sum.constraint += static_cast<double>(residual * residual / delassus);
+                velocity = std::max(velocity, lever * std::abs(residual));
                 continue;
             }
-            const S grip = mobility * h_ * h_;
+            const S perForce = delassus * h_ * h_;
             const S give =
                 row.isSoft() ? row.compliance * (row.lambda + row.damping * island_.rowVelocity(row, block)) : S(0);
-            const S miss = naturalMap<S>(grip * row.lambda, row.C + give, grip * row.lo, grip * row.hi);
-            sum.constraint += static_cast<double>(miss * miss / grip);
+            const S residual = naturalMap<S>(perForce * row.lambda, row.C + give, perForce * row.lo, perForce * row.hi);
+            sum.constraint += static_cast<double>(residual * residual / perForce);
             const S violation = row.violation();
             if (row.isAngular) {
                 sum.maxJointAngle = std::max(sum.maxJointAngle, static_cast<double>(violation));
@@ -117,8 +117,8 @@ private:
                 gap += violation * violation;
             }
             if (!row.isSoft()) {
-                squared += square(lever * miss);
-                drift += square(lever * (miss - onTheWay(before, miss, row.lo == S(0))));
+                squared += square(lever * residual);
+                drift += square(lever * (residual - carriedOver(before, residual, row.lo == S(0))));
             }
         }
         sum.maxJointGap = std::max(sum.maxJointGap, static_cast<double>(std::sqrt(gap)));
@@ -132,9 +132,9 @@ private:
             return S(0);
         }
         const RowResponse<S>* response = &island_.responses[static_cast<std::size_t>(block.first)];
-        const S mobility = response[0].mobility;
-        const S miss = std::min(separation, mobility * h_ * h_ * row[0].lambda);
-        sum.constraint += static_cast<double>(miss * miss / (mobility * h_ * h_));
+        const S delassus = response[0].delassus;
+        const S residual = std::min(separation, delassus * h_ * h_ * row[0].lambda);
+        sum.constraint += static_cast<double>(residual * residual / (delassus * h_ * h_));
         S slip = 0;
         S u[2] = {0, 0};
         const S mu = block.count == 3 ? frictionCoefficient(island_, block) : S(0);
@@ -144,38 +144,38 @@ private:
             if (const S force = square(row[1].lambda) + square(row[2].lambda); force > cone * cone) {
                 sum.cone = static_cast<double>(std::sqrt(force) - mu * row[0].lambda);
             }
-            const S across = S(0.5) * (response[1].mobility + response[2].mobility);
+            const S across = S(0.5) * (response[1].delassus + response[2].delassus);
             S wanted[2];
             for (int t = 0; t < 2; ++t) {
                 u[t] = island_.rowVelocity(row[1 + t], block);
                 wanted[t] = across * h_ * row[1 + t].lambda - u[t];
             }
-            const S most = across * h_ * mu * row[0].lambda;
+            const S limit = across * h_ * mu * row[0].lambda;
             const S squared = square(wanted[0]) + square(wanted[1]);
-            const S scale = squared > square(most) ? most / std::sqrt(squared) : S(1);
+            const S scale = squared > square(limit) ? limit / std::sqrt(squared) : S(1);
             for (int t = 0; t < 2; ++t) {
                 slip += square(across * h_ * row[1 + t].lambda - scale * wanted[t]);
             }
             sum.constraint += static_cast<double>(slip / across);
             slip = std::sqrt(slip);
         }
-        const S drift = std::abs(miss - onTheWay(row[0].C, miss, true));
+        const S drift = std::abs(residual - carriedOver(row[0].C, residual, true));
         // Depth is measured on the contacts of the new poses.
-        const S position = std::max({S(0), miss, dt_ * slip});
+        const S position = std::max({S(0), residual, dt_ * slip});
         count(asked, position, std::max(drift / h_, slip), sum);
         if (accuracy_.coulomb) {
-            sum.coulomb += coulomb(row, block, separation, mobility, mu, u);
+            sum.coulomb += coulomb(row, block, separation, delassus, mu, u);
         }
         return position;
     }
 
-    // |r - P_K(r - (u_n + mu |u_t|, u_t) / A)|^2 A, J, K the cone |r_t| <= mu r_n (De Saxce; facts/solvers 2.1). u_n is
+    // |r - P_K(r - (u_n + mu |u_t|, u_t) / A)|^2 A, J, K the cone |r_t| <= mu r_n (De Saxce; theory 9.19). u_n is
     // the speed of the gap that the sub-step leaves, what was deep before it aside.
-    double coulomb(const Row<S>* row, const RowBlock<S>& block, S separation, S mobility, S mu, const S* u) const {
+    double coulomb(const Row<S>* row, const RowBlock<S>& block, S separation, S delassus, S mu, const S* u) const {
         const S un = (separation - std::min(row[0].C, S(0))) / h_ + mu * planeLength(u[0], u[1]);
         const S r[3] = {h_ * row[0].lambda, block.count == 3 ? h_ * row[1].lambda : S(0),
                         block.count == 3 ? h_ * row[2].lambda : S(0)};
-        S to[3] = {r[0] - un / mobility, r[1] - u[0] / mobility, r[2] - u[1] / mobility};
+        S to[3] = {r[0] - un / delassus, r[1] - u[0] / delassus, r[2] - u[1] / delassus};
         const S across = planeLength(to[1], to[2]);
         if (across > mu * to[0]) {
             const S along = std::max(S(0), (to[0] + mu * across) / (S(1) + mu * mu));
@@ -184,7 +184,7 @@ private:
             }
             to[0] = along;
         }
-        return static_cast<double>(mobility * (square(r[0] - to[0]) + square(r[1] - to[1]) + square(r[2] - to[2])));
+        return static_cast<double>(delassus * (square(r[0] - to[0]) + square(r[1] - to[1]) + square(r[2] - to[2])));
     }
     static S square(S x) { return x * x; }
 
@@ -242,9 +242,9 @@ double toleranceOf(const AccuracyDef& accuracy, double bodyA, double bodyB) {
 
 template <class S>
 void measurePenetration(PairContacts<S>& pair, double asked, IslandError& error) {
-    for (ContactPatch<S>& patch : pair.patches) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
-            ContactPointState<S>& point = patch.points[k];
+    for (ContactManifold<S>& manifold : pair.manifolds) {
+        for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.geometry.count); ++k) {
+            ContactPointState<S>& point = manifold.points[k];
             const double depth = std::max(0.0, -static_cast<double>(point.separation));
             point.error = std::max(point.error, static_cast<S>(depth));
             error.maxPenetration = std::max(error.maxPenetration, depth);

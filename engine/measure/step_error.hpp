@@ -9,7 +9,7 @@ struct IslandError {
     double maxPenetration = 0;  // m
     double penetrationSum = 0;  // m, over `touching` points
     int touching = 0;
-    double sunk = 0;           // m, by which a point is deeper than at the start of the step or its last piece
+    double sunk = 0;           // m, by which a point is deeper than at the start of the step or its last subdivision
     double maxJointGap = 0;    // m
     double maxJointAngle = 0;  // rad
     double position = 0;       // m

@@ -1,5 +1,5 @@
 #include "engine/model/body.hpp"
-#include "collision/queries/sweep.hpp"
+#include "collision/queries/time_of_impact.hpp"
 #include "engine/model/gyroscopics.hpp"
 
 #include <cmath>
@@ -145,9 +145,9 @@ void measureShapes(Body<S>& body, double continuousShare) {
         body.innerRadius = std::min(body.innerRadius, innerRadius(shape));
     }
     if (def.continuous == Continuous::Always) {
-        body.fastWay = 0;
+        body.ccdDistance = 0;
     } else if (def.continuous == Continuous::Auto && !def.particle) {
-        body.fastWay = continuousShare * body.innerRadius;
+        body.ccdDistance = continuousShare * body.innerRadius;
     }
 }
 

@@ -22,7 +22,7 @@ struct Body {
     bool gyroscopic = false;                 // its inertia differs between axes, so that w turns by itself
     bool locked = false;                     // has an axis lock
 
-    S unexplained = 0;  // sqrt(J), of the last step: momentum that neither forces nor rows explain
+    S momentumResidual = 0;  // sqrt(J), of the last step: momentum that neither forces nor rows explain
 
     bool changed = true;  // by the game since the last step: its contacts are to be found anew before the next one
     bool awake = true;
@@ -31,8 +31,9 @@ struct Body {
     double radius = 0;         // m, farthest point from the centre of mass
     double innerRadius = 0;    // m, least of its shapes'
     double turningRadius = 0;  // m: turning by an angle moves no point that matters farther than angle times this
-    // m: moved farther than this within a step, it is swept; and contacts look no farther ahead than its radius.
-    double fastWay = std::numeric_limits<double>::infinity();
+    // m: moved farther than this within a step, it gets continuous collision; and contacts look no farther ahead than
+    // its radius.
+    double ccdDistance = std::numeric_limits<double>::infinity();
 
     bool isDynamic() const { return def.type == BodyType::Dynamic; }
     Pose<S> framePose() const { return {pose.position - pose.rotation * localCentre, pose.rotation}; }

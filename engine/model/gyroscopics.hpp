@@ -36,8 +36,8 @@ template <class S>
 bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
     const Vec3<S> p1 = inertia * w1;
     w2 = w1;
-    // At a third of a radian Newton is at round-off after three rounds.
-    for (int round = 0; round < 10; ++round) {
+    // At a third of a radian Newton is at round-off after three iterations.
+    for (int iteration = 0; iteration < 10; ++iteration) {
         const Vec3<S> turn = -S(0.5) * h * (w1 + w2);
         const Vec3<S> p2 = expQuat(turn) * p1;
         const Mat3<S> gradient = inertia - S(0.5) * h * hat(p2) * leftJacobian(turn);
@@ -55,24 +55,24 @@ bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
 // have no or several answers.
 template <class S>
 FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
-    constexpr S mostTurn = S(0.25);
-    constexpr int mostParts = 10000;  // 2500 rad; beyond, the spin stays as it is
+    constexpr S maxTurn = S(0.25);
+    constexpr int maxParts = 10000;  // 2500 rad; beyond, the spin stays as it is
     Vec3<S> w = w1;
     Vec3<S> next;
-    if (h * w.norm() <= mostTurn && midpointEnd(inertia, w, h, next)) {
+    if (h * w.norm() <= maxTurn && midpointEnd(inertia, w, h, next)) {
         return {S(0.5) * (w + next), next};
     }
     Quat<S> turn = Quat<S>::Identity();
     S angle = 0;  // rad, turned through so far
     S left = h;
-    S most = h;
+    S limit = h;
     for (int part = 0; left > S(0); ++part) {
-        if (part == mostParts || !(most > S(0))) {
+        if (part == maxParts || !(limit > S(0))) {
             return {w1, w1};
         }
-        const S step = std::min({left, most, mostTurn / w.norm()});
+        const S step = std::min({left, limit, maxTurn / w.norm()});
         if (!midpointEnd(inertia, w, step, next)) {
-            most = S(0.5) * step;
+            limit = S(0.5) * step;
             continue;
         }
         const Vec3<S> theta = S(0.5) * step * (w + next);
@@ -112,7 +112,7 @@ FreeSpin<S> rungeKuttaSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
     return {mean, spinAt(h * mean)};
 }
 
-// The seed's 4.4: w2 = w1 - h I^-1 (w1 x I w1), which then is the spin of the whole sub-step. With `restored`, |I w| is
+// Theory 3.13: w2 = w1 - h I^-1 (w1 x I w1), which then is the spin of the whole sub-step. With `restored`, |I w| is
 // scaled back to what it was.
 template <class S>
 FreeSpin<S> explicitSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h, bool restored) {
@@ -143,8 +143,8 @@ FreeSpin<S> freeSpin(GyroscopicRule rule, const Mat3<S>& inertia, const Vec3<S>&
 }
 
 // How the mean spin of the sub-step answers an angular impulse at its start: d mean / dp, the inverse of the gyroscopic
-// inertia. To first order in h that is I + (h/2) ([w]x I - [I w]x). The seed's 4.17, I + h (I [w]x - [I w]x), is the
-// same for its own sub-step, whose one spin is that of the end and meets the inertia of the end.
+// inertia. To first order in h that is I + (h/2) ([w]x I - [I w]x). Theory 3.20, I + h (I [w]x - [I w]x), is the same
+// for its own sub-step, whose one spin is that of the end and meets the inertia of the end.
 template <class S>
 Mat3<S> spinResponse(GyroscopicRule rule, const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
     // In double, where differences leave ten digits.

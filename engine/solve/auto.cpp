@@ -18,13 +18,13 @@ constexpr double sweptRow = 50;
 constexpr double sweptVisits = 3;
 constexpr double conjugateVisits = 12;
 // Of the work that `direct` took, what is still expected a step later; and by how much more is guessed of one that was
-// cut short.
+// truncated.
 constexpr double forgetting = 0.9;
 constexpr double leftUndone = 2;
 constexpr int longestBackoff = 16;
-// Rounds that an island always gets: the first step of a wall at rest takes about ten, once.
-constexpr int fewestRounds = 8;
-constexpr int fewestRoundsAtRest = 25;
+// Iterations that an island always gets: the first step of a wall at rest takes about ten, once.
+constexpr int minIterations = 8;
+constexpr int minIterationsAtRest = 25;
 
 // The bound is on factors: whoever asks for conjugate gradients asks for `direct`.
 SolverSettings factored(SolverSettings settings) {
@@ -47,23 +47,23 @@ int Auto<S>::substeps(Island<S>& island, S dt) const {
     const double bound = settings_.def.directWork > 0 ? settings_.def.directWork : defaultDirectWork;
     const auto cost = direct_->predictCost(island);
     const double sweepWork = sweptRow * cost.rows;
-    island.churns = cost.step > cost.factor;
-    // A factor is taken only where it can be afforded, and its rounds where those of late could. What is calm needs
+    island.activeSetChanging = cost.step > cost.factor;
+    // A factor is taken only where it can be afforded, and its iterations where those of late could. What is calm needs
     // none.
     memory.directWork *= forgetting;
     const double ahead = std::max(visitsOfProduct * cost.factor, memory.directWork);
-    const bool isTooDear = !island.isCalm() && ahead > island.mostWork;
+    const bool isTooDear = !island.isCalm() && ahead > island.maxWork;
     island.sweeps = memory.sweepSteps > 0 || cost.step > std::max(bound, sweepWork) || isTooDear;
-    island.roundCap = std::max(island.churns ? fewestRounds : fewestRoundsAtRest,
-                               static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
+    island.iterationCap = std::max(island.activeSetChanging ? minIterations : minIterationsAtRest,
+                                   static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
     // Sweeps leave joints open by millimetres: those are worth shorter sub-steps first.
     island.mayHalveOnFailure = !island.joints.empty();
     memory.sweepSteps = std::max(0, memory.sweepSteps - 1);
     if (!island.sweeps) {
         return direct_->substeps(island, dt);
     }
-    const double visits = island.churns ? sweptVisits : conjugateVisits;
-    const double affordable = island.mostWork / std::max(1.0, visits * cost.rows);
+    const double visits = island.activeSetChanging ? sweptVisits : conjugateVisits;
+    const double affordable = island.maxWork / std::max(1.0, visits * cost.rows);
     const int wanted = sweeper(island).substeps(island, dt);
     return affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
 }
@@ -80,7 +80,7 @@ SolveReport Auto<S>::advance(Island<S>& island, S h) {
     island.mayRestart = true;
     SolveReport report = direct_->advance(island, h);
     auto& memory = island.memory;
-    memory.directWork = std::max(memory.directWork, (report.cut ? leftUndone : 1) * report.work);
+    memory.directWork = std::max(memory.directWork, (report.truncated ? leftUndone : 1) * report.work);
     if (report.tooLong && island.mayRefuse && (!report.newtonFailed || island.mayHalveOnFailure)) {
         return report;
     }

@@ -17,7 +17,7 @@ private:
     std::unique_ptr<Direct<S>> direct_;
     std::unique_ptr<Solver<S>> gaussSeidel_;
     std::unique_ptr<Solver<S>> nncg_;
-    Solver<S>& sweeper(const Island<S>& island) const { return island.churns ? *gaussSeidel_ : *nncg_; }
+    Solver<S>& sweeper(const Island<S>& island) const { return island.activeSetChanging ? *gaussSeidel_ : *nncg_; }
 };
 
 }  // namespace cairn

@@ -32,7 +32,7 @@ public:
         for (const auto& link : island.locks) {
             *link.lambda = *lambda++;
         }
-        island.collectPatches();
+        island.collectManifolds();
     }
 
 private:

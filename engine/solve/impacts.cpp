@@ -13,7 +13,7 @@ struct PointImpact {
     S gained;  // m/s, normal speed that forces still add after touching
     S phase;   // m/s: symplectic Euler's velocities lag half a step behind the parabola that its positions lie on
     S impulse[3] = {0, 0, 0};
-    S mobility[3] = {0, 0, 0};
+    S delassus[3] = {0, 0, 0};
     S target = 0;  // m/s
 };
 
@@ -40,7 +40,7 @@ void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
             const RowBlock<S>& block = *point.block;
             const Row<S>* row = &island.rows[static_cast<std::size_t>(block.first)];
             const S u = island.rowVelocity(row[0], block);
-            const S next = std::max(S(0), point.impulse[0] + (point.target - u) / point.mobility[0]);
+            const S next = std::max(S(0), point.impulse[0] + (point.target - u) / point.delassus[0]);
             island.push(row[0], block, next - point.impulse[0]);
             point.impulse[0] = next;
             if (block.count < 3) {
@@ -48,11 +48,11 @@ void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
             }
             S wanted[2];
             for (int t = 1; t < 3; ++t) {
-                wanted[t - 1] = point.impulse[t] - island.rowVelocity(row[t], block) / point.mobility[t];
+                wanted[t - 1] = point.impulse[t] - island.rowVelocity(row[t], block) / point.delassus[t];
             }
             const S length = planeLength(wanted[0], wanted[1]);
-            const S most = point.friction * point.impulse[0];
-            const S scale = length > most ? most / length : S(1);
+            const S limit = point.friction * point.impulse[0];
+            const S scale = length > limit ? limit / length : S(1);
             for (int t = 1; t < 3; ++t) {
                 island.push(row[t], block, wanted[t - 1] * scale - point.impulse[t]);
                 point.impulse[t] = wanted[t - 1] * scale;
@@ -65,19 +65,19 @@ void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
 
 template <class S>
 void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
-    const bool bounces = std::any_of(island.patches.begin(), island.patches.end(),
-                                     [](const auto& link) { return link.patch->restitution > S(0); });
+    const bool bounces = std::any_of(island.manifolds.begin(), island.manifolds.end(),
+                                     [](const auto& link) { return link.manifold->restitution > S(0); });
     if (!bounces) {
         return;
     }
     const S threshold = static_cast<S>(settings.restitutionSpeed);
     std::vector<ImpactGroup<S>> groups;
     std::size_t next = static_cast<std::size_t>(island.jointBlocks);
-    for (const auto& link : island.patches) {
+    for (const auto& link : island.manifolds) {
         ImpactGroup<S> group{{}, link.a, link.b};
-        for (int k = 0; k < link.patch->manifold.count; ++k) {
+        for (int k = 0; k < link.manifold->geometry.count; ++k) {
             const RowBlock<S>& block = island.blocks[next++];
-            if (link.patch->restitution == S(0)) {
+            if (link.manifold->restitution == S(0)) {
                 continue;
             }
             const Row<S>& row = island.rows[static_cast<std::size_t>(block.first)];
@@ -85,7 +85,7 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             const SolverBody<S>& b = island.bodies[static_cast<std::size_t>(link.b)];
             const S before = normalSpeed(row, a.vBefore, b.vBefore);
             const S after = normalSpeed(row, a.v, b.v);
-            PointImpact<S> impact{&block, link.patch->restitution, link.patch->friction, S(0), S(0), S(0)};
+            PointImpact<S> impact{&block, link.manifold->restitution, link.manifold->friction, S(0), S(0), S(0)};
             if (row.C > S(0) && after < S(0)) {
                 impact.time = std::min(h, row.C / -after);
             }
@@ -93,7 +93,7 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             impact.gained = (after - before) * (S(1) - impact.time / h);
             impact.phase = S(0.5) * (after - before);
             for (int r = 0; r < block.count; ++r) {
-                impact.mobility[r] = island.responses[static_cast<std::size_t>(block.first + r)].mobility;
+                impact.delassus[r] = island.responses[static_cast<std::size_t>(block.first + r)].delassus;
             }
             group.points.push_back(impact);
         }
@@ -104,10 +104,10 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
 
     // s, at which each body was last hit: what it hands on comes no earlier.
     std::vector<S> hitAt(island.bodies.size(), S(0));
-    // Rounds over the manifolds until none approaches; a chain of n bodies hands an impact on in n visits.
-    const int rounds = 4 + static_cast<int>(groups.size());
+    // Iterations over the manifolds until none approaches; a chain of n bodies hands an impact on in n visits.
+    const int iterations = 4 + static_cast<int>(groups.size());
     bool approaching = true;
-    for (int round = 0; round < rounds && approaching; ++round) {
+    for (int iteration = 0; iteration < iterations && approaching; ++iteration) {
         approaching = false;
         for (ImpactGroup<S>& group : groups) {
             bool hits = false;
@@ -141,8 +141,8 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             solveGroup(island, group);
             const Vec6<S> onA = a.applyMass(a.v - beforeA);
             const Vec6<S> onB = b.applyMass(b.v - beforeB);
-            a.outside += onA;
-            b.outside += onB;
+            a.externalImpulse += onA;
+            b.externalImpulse += onB;
             for (const PointImpact<S>& point : group.points) {
                 const auto block = static_cast<std::size_t>(point.block - island.blocks.data());
                 for (int r = 0; r < point.block->count; ++r) {

@@ -1,6 +1,6 @@
 #pragma once
 // Restitution: Newton's law of impact, u+ = -e u-, against the approach speed at the moment of touching, resolved
-// manifold after manifold before the solver runs (so that a Newton's cradle hands its momentum on; facts/solvers 1.3),
+// manifold after manifold before the solver runs (so that a Newton's cradle hands its momentum on; theory section 3.8),
 // the points of one manifold together. Nothing is done, or paid, where no contact bounces.
 #include "engine/islands/island.hpp"
 

@@ -7,7 +7,7 @@ namespace cairn {
 
 template <class S>
 struct RowTerms {
-    S mobility = 0;  // J M^-1 J^T
+    S delassus = 0;  // J M^-1 J^T
     S bias = 0;      // m/s or rad/s
     S softness = 0;  // 1/(N s^2 / m): compliance of the row against impulses
     S lo = 0;        // N s or N m s
@@ -17,9 +17,9 @@ struct RowTerms {
 // The terms of a soft or a velocity row; `hard` says that the row is neither, and left to the solver's own way with
 // errors. Spring and damper implicitly: lambda = -k (C + h u) - c u, with k = 1 / compliance.
 template <class S>
-RowTerms<S> rowTerms(const Row<S>& row, S mobility, S h, bool& hard) {
+RowTerms<S> rowTerms(const Row<S>& row, S delassus, S h, bool& hard) {
     RowTerms<S> t;
-    t.mobility = mobility;
+    t.delassus = delassus;
     t.lo = row.lo * h;
     t.hi = row.hi * h;
     hard = false;
@@ -27,9 +27,9 @@ RowTerms<S> rowTerms(const Row<S>& row, S mobility, S h, bool& hard) {
         t.bias = -row.velocity;
     } else if (row.isSoft()) {
         const S stiffness = S(1) / row.compliance;
-        const S grip = stiffness * h + row.damping;
-        t.bias = stiffness * row.C / grip;
-        t.softness = S(1) / (h * grip);
+        const S effectiveDamping = stiffness * h + row.damping;
+        t.bias = stiffness * row.C / effectiveDamping;
+        t.softness = S(1) / (h * effectiveDamping);
     } else {
         hard = true;
     }

@@ -1,5 +1,5 @@
 #include "engine/world/continuous.hpp"
-#include "collision/queries/sweep.hpp"
+#include "collision/queries/time_of_impact.hpp"
 
 #include <algorithm>
 #include <map>
@@ -10,7 +10,7 @@ namespace cairn {
 namespace {
 
 // Held bodies may stand in the way of others: so often are those asked again.
-constexpr int mostRounds = 4;
+constexpr int maxIterations = 4;
 
 // The rotation vector from one rotation to another that is nearest to `expected` (rad): a fast spin turns by more than
 // half a turn in a step.
@@ -27,23 +27,23 @@ Vec3d turnNear(const Quatd& from, const Quatd& to, const Vec3d& expected) {
 }
 
 // A fast body, and what it met.
-struct Sweep {
+struct CcdQuery {
     ProxyId body = 0;
     std::vector<ProxyId> candidates;  // in rising order
-    bool isAsked = true;              // in this round
-    bool asksAll = true;              // its own way has changed since it was asked
+    bool isAsked = true;              // in this iteration
+    bool asksAll = true;              // its own motion has changed since it was asked
     bool meets = false;
     bool isExact = true;
     double fraction = 1;
     ProxyId other = 0;
 };
 
-// A body on its way through the step, as far as it is let go.
-struct Way {
+// A body's motion through the step, as far as it is let go.
+struct Trajectory {
     Motion motion;
     double kept = 1;      // share of the step in which it moved
     bool isHeld = false;  // at any time
-    bool isNew = true;    // changed after the last round
+    bool isNew = true;    // changed after the last iteration
 };
 
 // Whether balls about the centres of mass, which all of a body is in, come within `gap` of each other.
@@ -52,18 +52,18 @@ bool mayMeet(const Motion& a, double radiusA, const Motion& b, double radiusB, d
         return true;
     }
     const Vec3d start = b.start * b.centre - a.start * a.centre;
-    const Vec3d way = b.displacement - a.displacement;
-    const double length = way.squaredNorm();
-    const double nearest = length > 0 ? std::clamp(-start.dot(way) / length, 0.0, 1.0) : 0;
-    return (start + nearest * way).norm() <= radiusA + radiusB + gap;
+    const Vec3d relative = b.displacement - a.displacement;
+    const double length = relative.squaredNorm();
+    const double nearest = length > 0 ? std::clamp(-start.dot(relative) / length, 0.0, 1.0) : 0;
+    return (start + nearest * relative).norm() <= radiusA + radiusB + gap;
 }
 
 template <class S>
-class Sweeper {
+class ContinuousCollision {
 public:
-    Sweeper(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
-            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
-            const Vec3<S>& gravity, S dt)
+    ContinuousCollision(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+                        FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+                        const Vec3<S>& gravity, S dt)
         : bodies_(bodies),
           joints_(joints),
           boxes_(boxes),
@@ -72,19 +72,19 @@ public:
           gravity_(gravity),
           dt_(dt) {}
 
-    SweepCounts run(JobSystem& jobs) {
+    CcdCounts run(JobSystem& jobs) {
         choose();
-        counts_.swept = static_cast<int>(sweeps_.size());
-        parallelFor(jobs, sweeps_.size(), 1, [&](std::size_t k) { findCandidates(sweeps_[k]); });
-        findWays();
-        for (int round = 0; round < mostRounds && !sweeps_.empty(); ++round) {
-            parallelFor(jobs, sweeps_.size(), 1, [&](std::size_t k) { ask(sweeps_[k]); });
+        counts_.bodies = static_cast<int>(queries_.size());
+        parallelFor(jobs, queries_.size(), 1, [&](std::size_t k) { findCandidates(queries_[k]); });
+        findTrajectories();
+        for (int iteration = 0; iteration < maxIterations && !queries_.empty(); ++iteration) {
+            parallelFor(jobs, queries_.size(), 1, [&](std::size_t k) { ask(queries_[k]); });
             if (!holdBack()) {
                 return counts_;
             }
         }
-        for (const Sweep& sweep : sweeps_) {
-            counts_.unresolved += sweep.isAsked ? 1 : 0;
+        for (const CcdQuery& query : queries_) {
+            counts_.unresolved += query.isAsked ? 1 : 0;
         }
         return counts_;
     }
@@ -107,72 +107,72 @@ private:
     void choose() {
         for (ProxyId i = 0; i < bodies_.slotCount(); ++i) {
             if (bodies_.used(i) && bodies_[i].awake && isFastBody(bodies_[i], before_[i], dt_)) {
-                sweeps_.emplace_back().body = i;
+                queries_.emplace_back().body = i;
             }
         }
     }
 
-    void findCandidates(Sweep& sweep) const {
-        const Body<S>& b = bodies_[sweep.body];
-        const Motion motion = motionOf(sweep.body);
+    void findCandidates(CcdQuery& query) const {
+        const Body<S>& b = bodies_[query.body];
+        const Motion motion = motionOf(query.body);
         const Aabb box = bounds(b.def.shapes, motion.start);
         const Vec3d half = (0.5 * (box.max - box.min)).array() + std::min(2.0, motion.turn.norm()) * b.radius;
         boxes_.cast(0.5 * (box.min + box.max), motion.displacement, half, 1, [&](ProxyId other, double limit) {
-            if (other != sweep.body && mayCollide_(std::min(other, sweep.body), std::max(other, sweep.body))) {
-                sweep.candidates.push_back(other);
+            if (other != query.body && mayCollide_(std::min(other, query.body), std::max(other, query.body))) {
+                query.candidates.push_back(other);
             }
             return limit;
         });
-        std::sort(sweep.candidates.begin(), sweep.candidates.end());
+        std::sort(query.candidates.begin(), query.candidates.end());
     }
 
-    void findWays() {
-        wayOfBody_.assign(sweeps_.empty() ? 0 : bodies_.slotCount(), none);
-        for (const Sweep& sweep : sweeps_) {
-            addWay(sweep.body);
-            for (const ProxyId other : sweep.candidates) {
-                addWay(other);
+    void findTrajectories() {
+        trajectoryOfBody_.assign(queries_.empty() ? 0 : bodies_.slotCount(), none);
+        for (const CcdQuery& query : queries_) {
+            addTrajectory(query.body);
+            for (const ProxyId other : query.candidates) {
+                addTrajectory(other);
             }
         }
     }
-    void addWay(ProxyId i) {
-        if (wayOfBody_[i] == none) {
-            wayOfBody_[i] = ways_.size();
-            ways_.push_back({motionOf(i)});
+    void addTrajectory(ProxyId i) {
+        if (trajectoryOfBody_[i] == none) {
+            trajectoryOfBody_[i] = trajectories_.size();
+            trajectories_.push_back({motionOf(i)});
         }
     }
-    const Way& way(ProxyId i) const { return ways_[wayOfBody_[i]]; }
-    Way& way(ProxyId i) { return ways_[wayOfBody_[i]]; }
+    const Trajectory& trajectory(ProxyId i) const { return trajectories_[trajectoryOfBody_[i]]; }
+    Trajectory& trajectory(ProxyId i) { return trajectories_[trajectoryOfBody_[i]]; }
 
-    void ask(Sweep& sweep) const {
-        sweep.meets = false;
-        if (!sweep.isAsked) {
+    void ask(CcdQuery& query) const {
+        query.meets = false;
+        if (!query.isAsked) {
             return;
         }
-        const Body<S>& body = bodies_[sweep.body];
-        const Way& own = way(sweep.body);
+        const Body<S>& body = bodies_[query.body];
+        const Trajectory& own = trajectory(query.body);
         // What has contacts may get a little deeper in turning; what goes deeper than this may go through.
         ImpactSettings settings;
         settings.gap = std::min(settings.gap, 0.5 * body.innerRadius);
         settings.slack = 0.25 * body.innerRadius;
-        sweep.fraction = 2;
-        for (const ProxyId other : sweep.candidates) {
-            const Way& theirs = way(other);
+        query.fraction = 2;
+        for (const ProxyId other : query.candidates) {
+            const Trajectory& theirs = trajectory(other);
             // Who did not meet when they were asked, and go the same way still, do not meet now.
-            if (!(sweep.asksAll || theirs.isNew) ||
+            if (!(query.asksAll || theirs.isNew) ||
                 !mayMeet(own.motion, body.radius, theirs.motion, bodies_[other].radius, 2 * settings.gap)) {
                 continue;
             }
             const auto impact =
                 timeOfImpact(body.def.shapes, own.motion, bodies_[other].def.shapes, theirs.motion, settings);
-            if (impact && impact->fraction < sweep.fraction) {
-                sweep.meets = true;
-                sweep.fraction = impact->fraction;
-                sweep.isExact = impact->isExact;
-                sweep.other = other;
+            if (impact && impact->fraction < query.fraction) {
+                query.meets = true;
+                query.fraction = impact->fraction;
+                query.isExact = impact->isExact;
+                query.other = other;
             }
         }
-        sweep.asksAll = false;
+        query.asksAll = false;
     }
 
     // The bodies that joints hold together with each body, itself included; only asked for when something is held back.
@@ -204,44 +204,44 @@ private:
 
     // Places what met something at its time, and says who has to be asked again; false: nobody.
     bool holdBack() {
-        std::map<ProxyId, const Sweep*> first;  // of each group
-        for (const Sweep& sweep : sweeps_) {
-            if (sweep.meets) {
+        std::map<ProxyId, const CcdQuery*> first;  // of each group
+        for (const CcdQuery& query : queries_) {
+            if (query.meets) {
                 findGroups();
-                const Sweep*& earliest = first[group_[sweep.body]];
-                if (earliest == nullptr || sweep.fraction < earliest->fraction) {
-                    earliest = &sweep;
+                const CcdQuery*& earliest = first[group_[query.body]];
+                if (earliest == nullptr || query.fraction < earliest->fraction) {
+                    earliest = &query;
                 }
-                counts_.unresolved += sweep.isExact ? 0 : 1;
+                counts_.unresolved += query.isExact ? 0 : 1;
             }
         }
-        std::map<ProxyId, Way> placed;
-        for (const auto& [group, sweep] : first) {
+        std::map<ProxyId, Trajectory> placed;
+        for (const auto& [group, query] : first) {
             for (ProxyId i = 0; i < group_.size(); ++i) {
                 if (group_[i] == group && bodies_.used(i) && bodies_[i].isDynamic()) {
-                    addWay(i);
-                    placed[i] = {heldMotion(i, *sweep, first), way(i).kept * sweep->fraction, true};
+                    addTrajectory(i);
+                    placed[i] = {heldMotion(i, *query, first), trajectory(i).kept * query->fraction, true};
                 }
             }
         }
-        for (Way& before : ways_) {
+        for (Trajectory& before : trajectories_) {
             before.isNew = false;
         }
         for (const auto& [i, held] : placed) {
-            counts_.heldBack += way(i).isHeld ? 0 : 1;
+            counts_.held += trajectory(i).isHeld ? 0 : 1;
             Body<S>& b = bodies_[i];
-            fallLess(b, way(i).kept - held.kept);
-            way(i) = held;
+            fallLess(b, trajectory(i).kept - held.kept);
+            trajectory(i) = held;
             const Posed end = held.motion.at(1);
             b.pose.position = (end * held.motion.centre).template cast<S>();
             b.pose.rotation = end.rotation.template cast<S>().normalized();
         }
         bool any = false;
-        for (Sweep& sweep : sweeps_) {
-            sweep.isAsked = std::any_of(sweep.candidates.begin(), sweep.candidates.end(),
+        for (CcdQuery& query : queries_) {
+            query.isAsked = std::any_of(query.candidates.begin(), query.candidates.end(),
                                         [&](ProxyId i) { return placed.count(i) > 0; });
-            sweep.asksAll = sweep.asksAll || placed.count(sweep.body) > 0;
-            any = any || sweep.isAsked;
+            query.asksAll = query.asksAll || placed.count(query.body) > 0;
+            any = any || query.isAsked;
         }
         return any;
     }
@@ -261,17 +261,17 @@ private:
 
     // Up to the meeting as it moved; from then on it is carried by what was met, or a wall that moves on would run over
     // it; two that are both held back just stop.
-    Motion heldMotion(ProxyId i, const Sweep& sweep, const std::map<ProxyId, const Sweep*>& first) const {
-        Motion motion = way(i).motion;
-        const Motion& other = way(sweep.other).motion;
-        motion.displacement *= sweep.fraction;
-        motion.turn *= sweep.fraction;
-        if (first.count(group_[sweep.other]) == 0) {
-            const Posed carried = other.at(1) * other.at(sweep.fraction).inverse();
+    Motion heldMotion(ProxyId i, const CcdQuery& query, const std::map<ProxyId, const CcdQuery*>& first) const {
+        Motion motion = trajectory(i).motion;
+        const Motion& other = trajectory(query.other).motion;
+        motion.displacement *= query.fraction;
+        motion.turn *= query.fraction;
+        if (first.count(group_[query.other]) == 0) {
+            const Posed carried = other.at(1) * other.at(query.fraction).inverse();
             const Vec3d centre = motion.start * motion.centre;
             motion.displacement = carried * (centre + motion.displacement) - centre;
             motion.turn = turnNear(Quatd::Identity(), carried.rotation * expQuat<double>(motion.turn),
-                                   motion.turn + (1 - sweep.fraction) * other.turn);
+                                   motion.turn + (1 - query.fraction) * other.turn);
         }
         return motion;
     }
@@ -283,28 +283,28 @@ private:
     const std::vector<Before<S>>& before_;
     Vec3<S> gravity_;
     S dt_;
-    std::vector<Sweep> sweeps_;
+    std::vector<CcdQuery> queries_;
     std::vector<ProxyId> group_;  // by body: the lowest one of its group
     static constexpr std::size_t none = static_cast<std::size_t>(-1);
-    std::vector<Way> ways_;
-    std::vector<std::size_t> wayOfBody_;  // `none` for who has no part in any sweep
-    SweepCounts counts_;
+    std::vector<Trajectory> trajectories_;
+    std::vector<std::size_t> trajectoryOfBody_;  // `none` for who has no part in any query
+    CcdCounts counts_;
 };
 
 }  // namespace
 
 template <class S>
-SweepCounts sweepFastBodies(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
-                            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
-                            const Vec3<S>& gravity, S dt, JobSystem& jobs) {
-    return Sweeper<S>(bodies, joints, boxes, mayCollide, before, gravity, dt).run(jobs);
+CcdCounts collideContinuously(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+                              FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+                              const Vec3<S>& gravity, S dt, JobSystem& jobs) {
+    return ContinuousCollision<S>(bodies, joints, boxes, mayCollide, before, gravity, dt).run(jobs);
 }
 
-template SweepCounts sweepFastBodies(BodyTable<float>&, const JointTable<float>&, const BroadPhase&,
-                                     FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<float>>&,
-                                     const Vec3<float>&, float, JobSystem&);
-template SweepCounts sweepFastBodies(BodyTable<double>&, const JointTable<double>&, const BroadPhase&,
-                                     FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<double>>&,
-                                     const Vec3<double>&, double, JobSystem&);
+template CcdCounts collideContinuously(BodyTable<float>&, const JointTable<float>&, const BroadPhase&,
+                                       FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<float>>&,
+                                       const Vec3<float>&, float, JobSystem&);
+template CcdCounts collideContinuously(BodyTable<double>&, const JointTable<double>&, const BroadPhase&,
+                                       FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<double>>&,
+                                       const Vec3<double>&, double, JobSystem&);
 
 }  // namespace cairn

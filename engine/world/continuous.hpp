@@ -15,16 +15,16 @@ struct Before {
     Vec3<S> w = Vec3<S>::Zero();  // rad/s
 };
 
-struct SweepCounts {
-    int swept = 0;
-    int heldBack = 0;    // with the bodies jointed to them, that stay with them
+struct CcdCounts {
+    int bodies = 0;
+    int held = 0;        // with the bodies jointed to them, that stay with them
     int unresolved = 0;  // meetings whose time was not found to tolerance: held back at a safe one; or still meeting
-                         // something after the last round
+                         // something after the last iteration
 };
 
-// The largest way of a point within `radius` (m) of the body's centre between two poses.
+// The largest displacement of a point within `radius` (m) of the body's centre between two poses.
 template <class S>
-double wayOf(const Pose<S>& from, const Pose<S>& to, double radius) {
+double maxDisplacement(const Pose<S>& from, const Pose<S>& to, double radius) {
     const double arc = std::isfinite(radius) ? 2 * radius : 0;
     return static_cast<double>((to.position - from.position).norm()) +
            arc * static_cast<double>((from.rotation.conjugate() * to.rotation).vec().norm());
@@ -33,19 +33,19 @@ double wayOf(const Pose<S>& from, const Pose<S>& to, double radius) {
 // Whether it went so far within the step that its way is searched for what it would pass.
 template <class S>
 bool isFastBody(const Body<S>& body, const Before<S>& before, S dt) {
-    if (!std::isfinite(body.fastWay)) {
+    if (!std::isfinite(body.ccdDistance)) {
         return false;
     }
     const double spin = static_cast<double>(std::max(body.w.norm(), before.w.norm()));
     return static_cast<double>((body.pose.position - before.pose.position).norm()) +
                static_cast<double>(dt) * spin * body.turningRadius >
-           body.fastWay;
+           body.ccdDistance;
 }
 
 // `boxes` must hold every body from where it was to where it is; mayCollide as in BroadPhase. gravity: m/s2.
 template <class S>
-SweepCounts sweepFastBodies(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
-                            FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
-                            const Vec3<S>& gravity, S dt, JobSystem& jobs);
+CcdCounts collideContinuously(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+                              FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+                              const Vec3<S>& gravity, S dt, JobSystem& jobs);
 
 }  // namespace cairn

@@ -246,14 +246,14 @@ Vec3d closestOnTriangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Ve
     const std::array<const Vec3d*, 4> loop = {&a, &b, &c, &a};
     bool inside = true;
     Vec3d best = a;
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d side = *loop[k + 1] - *loop[k];
         inside = inside && n.dot(side.cross(inPlane - *loop[k])) >= 0;
         const double share = std::clamp(side.dot(x - *loop[k]) / side.squaredNorm(), 0.0, 1.0);
         const Vec3d onSide = *loop[k] + share * side;
-        if ((x - onSide).squaredNorm() < least) {
-            least = (x - onSide).squaredNorm();
+        if ((x - onSide).squaredNorm() < smallest) {
+            smallest = (x - onSide).squaredNorm();
             best = onSide;
         }
     }
@@ -262,11 +262,11 @@ Vec3d closestOnTriangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Ve
 
 Vec3d closestOnMesh(const TriangleMesh& mesh, const Vec3d& x) {
     Vec3d best = mesh.vertices[0];
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Vec3d p = closestOnTriangle(corner(mesh, t, 0), corner(mesh, t, 1), corner(mesh, t, 2), x);
-        if ((x - p).squaredNorm() < least) {
-            least = (x - p).squaredNorm();
+        if ((x - p).squaredNorm() < smallest) {
+            smallest = (x - p).squaredNorm();
             best = p;
         }
     }
@@ -370,8 +370,8 @@ Tetrahedra fill(const TriangleMesh& surface, double cell, double depth) {
         }
     }
     // What the rim has pressed flat holds no volume.
-    const double least = 0.05 * step.prod() / 6;
-    std::erase_if(out.cells, [&](const std::array<int, 4>& c) { return volumeOf(out, c) < least; });
+    const double minVolume = 0.05 * step.prod() / 6;
+    std::erase_if(out.cells, [&](const std::array<int, 4>& c) { return volumeOf(out, c) < minVolume; });
     std::vector<int> renumbered(out.vertices.size(), -1);
     Tetrahedra kept;
     for (std::array<int, 4> c : out.cells) {
@@ -400,8 +400,8 @@ TriangleMesh refined(TriangleMesh mesh, double longest) {
         }
         return false;
     };
-    // Eight rounds make 65,536 of one.
-    for (int round = 0; round < 8 && mesh.triangles.size() < 8000 && tooLong(); ++round) {
+    // Eight passes make 65,536 of one.
+    for (int iteration = 0; iteration < 8 && mesh.triangles.size() < 8000 && tooLong(); ++iteration) {
         std::map<std::pair<int, int>, int> middles;
         const auto middle = [&](int a, int b) {
             const auto [found, fresh] =
@@ -432,11 +432,11 @@ Skin skinOf(const TriangleMesh& surface, const std::vector<Vec3d>& particles, do
     for (const Vec3d& x : surface.vertices) {
         std::vector<Skin::Weight> weights;
         // Wide enough for particles on all sides; from the second ring on they span space.
-        for (double reach = 2.2 * spacing; weights.empty(); reach *= 1.5) {
+        for (double radius = 2.2 * spacing; weights.empty(); radius *= 1.5) {
             Mat4d moments = Mat4d::Zero();
             std::vector<std::pair<int, Vec4d>> near;
             for (std::size_t i = 0; i < particles.size(); ++i) {
-                const Vec3d d = (particles[i] - x) / reach;
+                const Vec3d d = (particles[i] - x) / radius;
                 const double share = 1 - d.squaredNorm();
                 if (share > 0) {
                     const Vec4d basis(1, d.x(), d.y(), d.z());
@@ -543,15 +543,15 @@ std::vector<std::size_t> held(const Attachment& attachment, const std::vector<Bo
         if (distance(i) < distance(nearest)) {
             nearest = i;
         }
-        if (distance(i) <= attachment.reach) {
+        if (distance(i) <= attachment.radius) {
             found.push_back(i);
         }
     }
-    if (attachment.reach == 0) {
+    if (attachment.radius == 0) {
         return {nearest};
     }
     if (found.empty()) {
-        throw InputError("attachments.reach", text(attachment.reach),
+        throw InputError("attachments.radius", text(attachment.radius),
                          "no particle is so near: the nearest is at " + text(distance(nearest)) + " m");
     }
     return found;
@@ -667,7 +667,7 @@ Deformable addDeformable(World<S>& world, const DeformableDef& def) {
             if (!attachment.position.allFinite()) {
                 throw InputError("attachments.position", "a non-finite number", "give finite numbers");
             }
-            requireNotNegative("attachments.reach", attachment.reach);
+            requireNotNegative("attachments.radius", attachment.radius);
             for (const std::size_t i : held(attachment, parts.particles)) {
                 added.attachments.push_back(world.add(
                     BallDef{.a = attachment.body, .b = added.particles[i], .anchor = parts.particles[i].position}));

@@ -44,8 +44,8 @@ std::string StepReport::summary() const {
     if (flags & FlagUnconverged) {
         line += "; " + std::to_string(counts.unconverged) + " islands above tolerance";
     }
-    if (counts.cut > 0) {
-        line += "; " + std::to_string(counts.cut) + " islands cut short by what a step may take";
+    if (counts.truncated > 0) {
+        line += "; " + std::to_string(counts.truncated) + " islands truncated by what a step may take";
     }
     if (flags & FlagTolerance) {
         char over[100];

@@ -44,27 +44,27 @@ std::vector<ContactView> World<S>::contacts() const {
     for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
         const Body<S>& a = impl_->bodies[pair.pair.a];
         const Body<S>& b = impl_->bodies[pair.pair.b];
-        for (const ContactPatch<S>& patch : pair.patches) {
-            for (int k = 0; k < patch.known; ++k) {
-                const ContactPointState<S>& point = patch.points[static_cast<std::size_t>(k)];
-                const bool isOver = k >= patch.manifold.count;
+        for (const ContactManifold<S>& manifold : pair.manifolds) {
+            for (int k = 0; k < manifold.known; ++k) {
+                const ContactPointState<S>& point = manifold.points[static_cast<std::size_t>(k)];
+                const bool isOver = k >= manifold.geometry.count;
                 if (isOver && point.impulse.isZero(S(0))) {
                     continue;
                 }
                 ContactView& view = views.emplace_back();
                 view.a = impl_->bodies.idAt(pair.pair.a);
                 view.b = impl_->bodies.idAt(pair.pair.b);
-                view.shapeA = patch.manifold.shapeA;
-                view.shapeB = patch.manifold.shapeB;
+                view.shapeA = manifold.geometry.shapeA;
+                view.shapeB = manifold.geometry.shapeB;
                 view.isOver = isOver;
                 view.point =
                     (S(0.5) * (a.pose * point.geometry.onA + b.pose * point.geometry.onB)).template cast<double>();
                 view.normal = point.geometry.direction(a.pose, b.pose).template cast<double>();
                 view.separation = static_cast<double>(point.separation);
                 view.error = static_cast<double>(point.error);
-                view.friction = static_cast<double>(patch.friction);
-                view.staticFriction = static_cast<double>(patch.staticFriction);
-                view.restitution = static_cast<double>(patch.restitution);
+                view.friction = static_cast<double>(manifold.friction);
+                view.staticFriction = static_cast<double>(manifold.staticFriction);
+                view.restitution = static_cast<double>(manifold.restitution);
                 tellImpulse(view, point.impulse.template cast<double>(), static_cast<double>(point.normalImpulse), dt);
                 const auto speed = [&](const Body<S>& body) {
                     const Vec3<S> arm = view.point.template cast<S>() - body.pose.position;

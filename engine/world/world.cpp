@@ -25,8 +25,9 @@ World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef) {
     requirePositive("continuousShare", def.continuousShare);
     requirePositive("sleep.distance", def.sleep.distance);
     requirePositive("sleep.time", def.sleep.time);
-    if (!(def.stillDistance >= 0) || !std::isfinite(def.stillDistance)) {
-        throw InputError("world.stillDistance", std::to_string(def.stillDistance), "give a finite length >= 0 in m");
+    if (!(def.manifoldReuseDistance >= 0) || !std::isfinite(def.manifoldReuseDistance)) {
+        throw InputError("world.manifoldReuseDistance", std::to_string(def.manifoldReuseDistance),
+                         "give a finite length >= 0 in m");
     }
     if (!(def.restitutionSpeed >= 0)) {
         throw InputError("world.restitutionSpeed", std::to_string(def.restitutionSpeed), "give a speed >= 0 in m/s");
@@ -47,15 +48,15 @@ void World<S>::Impl::requireAccuracy(const AccuracyDef& accuracy) const {
     require(amount(accuracy.position), "position", accuracy.position, "give a length in m, or 0 for none");
     require(amount(accuracy.velocity), "velocity", accuracy.velocity, "give a speed in m/s, or 0 for none");
     require(amount(accuracy.budget), "budget", accuracy.budget, "give seconds a step, or 0 for none");
-    require(accuracy.mostPieces >= 1 && accuracy.mostPieces <= 1024, "mostPieces", accuracy.mostPieces,
-            "give 1 to 1024");
-    require(accuracy.effort >= -1 && accuracy.effort < effortCount, "effort", accuracy.effort,
-            "give 0 (cheapest) to 11, or -1 for none");
-    require(amount(accuracy.mostWork), "mostWork", accuracy.mostWork, "give visits of rows a step, or 0 for none");
-    const char* const bound = accuracy.budget > 0     ? "budget"
-                              : accuracy.effort >= 0  ? "effort"
-                              : accuracy.mostWork > 0 ? "mostWork"
-                                                      : nullptr;
+    require(accuracy.maxSubdivisions >= 1 && accuracy.maxSubdivisions <= 1024, "maxSubdivisions",
+            accuracy.maxSubdivisions, "give 1 to 1024");
+    require(accuracy.qualityLevel >= -1 && accuracy.qualityLevel < qualityLevelCount, "qualityLevel",
+            accuracy.qualityLevel, "give 0 (cheapest) to 11, or -1 for none");
+    require(amount(accuracy.maxWork), "maxWork", accuracy.maxWork, "give visits of rows a step, or 0 for none");
+    const char* const bound = accuracy.budget > 0          ? "budget"
+                              : accuracy.qualityLevel >= 0 ? "qualityLevel"
+                              : accuracy.maxWork > 0       ? "maxWork"
+                                                           : nullptr;
     if (bound != nullptr && def.solver.name != "auto") {
         throw InputError(std::string("accuracy.") + bound, "with the solver \"" + def.solver.name + "\"",
                          "use the solver auto, which may change what it does, or leave it out");
@@ -87,7 +88,7 @@ bool World<S>::Impl::mayCollide(ProxyId a, ProxyId b) const {
     if (!filtersAgree(bodies[a].def.filter, bodies[b].def.filter)) {
         return false;
     }
-    return !std::binary_search(deaf.begin(), deaf.end(), ProxyPair{std::min(a, b), std::max(a, b)});
+    return !std::binary_search(noCollide.begin(), noCollide.end(), ProxyPair{std::min(a, b), std::max(a, b)});
 }
 
 template <class S>
@@ -100,7 +101,7 @@ void World<S>::Impl::wakeBodies(const Joint<S>& joint) {
 template <class S>
 void World<S>::Impl::wakeNeighbours(std::uint32_t index) {
     for (const PairContacts<S>& pair : contacts.pairs()) {
-        if (!pair.patches.empty() && (pair.pair.a == index || pair.pair.b == index)) {
+        if (!pair.manifolds.empty() && (pair.pair.a == index || pair.pair.b == index)) {
             const std::uint32_t other = pair.pair.a == index ? pair.pair.b : pair.pair.a;
             wake(bodies[other]);
             touch(other);
@@ -141,7 +142,7 @@ BodyId World<S>::add(const BodyDef& def) {
     const Body<S>& added = impl_->bodies[id.index];
     impl_->changed.push_back(id.index);
     if (!def.shapes.empty()) {
-        impl_->broadPhase.add(id.index, impl_->reach(added, 0), def.type == BodyType::Static);
+        impl_->broadPhase.add(id.index, impl_->speculativeBox(added, 0), def.type == BodyType::Static);
     }
     return id;
 }
@@ -155,7 +156,7 @@ JointId World<S>::addJoint(const JointDef& def) {
     const JointId id = impl_->joints.add(std::move(joint));
     if (!collides) {
         const ProxyPair pair{std::min(a.index, b.index), std::max(a.index, b.index)};
-        impl_->deaf.insert(std::lower_bound(impl_->deaf.begin(), impl_->deaf.end(), pair), pair);
+        impl_->noCollide.insert(std::lower_bound(impl_->noCollide.begin(), impl_->noCollide.end(), pair), pair);
         refilter(a, b);
     }
     impl_->wakeBodies(impl_->joints[id.index]);
@@ -179,7 +180,7 @@ void World<S>::remove(JointId id) {
     const BodyId b = joint.b;
     if (!std::visit([](const auto& d) { return d.collide; }, joint.def)) {
         const ProxyPair pair{std::min(a.index, b.index), std::max(a.index, b.index)};
-        impl_->deaf.erase(std::lower_bound(impl_->deaf.begin(), impl_->deaf.end(), pair));
+        impl_->noCollide.erase(std::lower_bound(impl_->noCollide.begin(), impl_->noCollide.end(), pair));
         refilter(a, b);
     }
     impl_->wakeBodies(joint);
@@ -284,7 +285,7 @@ void World<S>::setPose(BodyId id, const Pose<S>& pose) {
     impl_->wake(b);
     impl_->touch(id.index);
     if (impl_->broadPhase.contains(id.index)) {
-        impl_->broadPhase.move(id.index, impl_->reach(b, 0), Vec3d::Zero());
+        impl_->broadPhase.move(id.index, impl_->speculativeBox(b, 0), Vec3d::Zero());
     }
 }
 template <class S>
@@ -309,7 +310,7 @@ void World<S>::setSolver(const SolverDef& def) {
     try {
         impl_->requireAccuracy(impl_->def.accuracy);
         impl_->solver = makeSolver<S>(impl_->settings());
-        impl_->efforts = {};
+        impl_->levelSolvers = {};
     } catch (...) {
         impl_->def.solver = old;
         throw;
@@ -321,20 +322,20 @@ void World<S>::setAccuracy(const AccuracyDef& accuracy) {
     impl_->def.accuracy = accuracy;
 }
 template <class S>
-void World<S>::setMotor(JointId id, double speed, double most) {
+void World<S>::setMotor(JointId id, double speed, double maxForce) {
     Joint<S>& joint = impl_->joint(id);
-    if (!std::isfinite(speed) || !(most >= 0)) {
-        throw InputError("motor", std::to_string(speed) + ", " + std::to_string(most),
-                         "give a finite speed and a most >= 0");
+    if (!std::isfinite(speed) || !(maxForce >= 0)) {
+        throw InputError("motor", std::to_string(speed) + ", " + std::to_string(maxForce),
+                         "give a finite speed and a limit >= 0");
     }
     std::visit(
         [&]<class Def>(Def& def) {
             if constexpr (requires { def.motorTorque; }) {
                 def.motorSpeed = speed;
-                def.motorTorque = most;
+                def.motorTorque = maxForce;
             } else if constexpr (requires { def.motorForce; }) {
                 def.motorSpeed = speed;
-                def.motorForce = most;
+                def.motorForce = maxForce;
             } else {
                 throw InputError("motor", std::string("on a ") + Def::typeName,
                                  "only joints with a motorSpeed have motors");
@@ -391,10 +392,10 @@ std::vector<BodyErrorView> World<S>::bodyErrors() const {
     std::vector<double> worst(impl_->bodies.slotCount(), 0);
     const auto keep = [&](std::uint32_t body, double error) { worst[body] = std::max(worst[body], error); };
     for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
-        for (const ContactPatch<S>& patch : pair.patches) {
-            for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
-                keep(pair.pair.a, static_cast<double>(patch.points[k].error));
-                keep(pair.pair.b, static_cast<double>(patch.points[k].error));
+        for (const ContactManifold<S>& manifold : pair.manifolds) {
+            for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.geometry.count); ++k) {
+                keep(pair.pair.a, static_cast<double>(manifold.points[k].error));
+                keep(pair.pair.b, static_cast<double>(manifold.points[k].error));
             }
         }
     }
@@ -408,7 +409,7 @@ std::vector<BodyErrorView> World<S>::bodyErrors() const {
     for (const BodyId id : bodies()) {
         const Body<S>& body = impl_->bodies[id.index];
         if (body.isDynamic() && body.awake) {
-            views.push_back({id, worst[id.index], static_cast<double>(body.unexplained)});
+            views.push_back({id, worst[id.index], static_cast<double>(body.momentumResidual)});
         }
     }
     return views;

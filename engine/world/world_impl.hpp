@@ -4,7 +4,7 @@
 
 #include "engine/islands/islands.hpp"
 #include "engine/solve/budget.hpp"
-#include "engine/solve/refine.hpp"
+#include "engine/solve/time_subdivision.hpp"
 #include "engine/world/continuous.hpp"
 
 namespace cairn {
@@ -14,13 +14,13 @@ struct World<S>::Impl {
     WorldDef def;
     std::shared_ptr<JobSystem> jobs;
     std::unique_ptr<Solver<S>> solver;
-    std::array<std::unique_ptr<Solver<S>>, effortCount> efforts;  // of a budget, made when first chosen
+    std::array<std::unique_ptr<Solver<S>>, qualityLevelCount> levelSolvers;  // of a budget, made when first chosen
     BudgetKeeper budget;
     BudgetLoad load;          // of this step
     double solveSeconds = 0;  // of this step, by the budget's clock
     BodyTable<S> bodies;
     JointTable<S> joints;
-    std::vector<ProxyPair> deaf;  // jointed bodies that ignore each other; sorted, one entry a joint
+    std::vector<ProxyPair> noCollide;  // jointed bodies that ignore each other; sorted, one entry a joint
     BroadPhase broadPhase;
     ContactTable<S> contacts;
     Islands<S> islands;
@@ -69,8 +69,8 @@ struct World<S>::Impl {
     }
     void wakeBodies(const Joint<S>& joint);
     void wakeNeighbours(std::uint32_t index);
-    // The box that a body can reach within dt, with half of the contact margin around it.
-    Aabb reach(const Body<S>& b, double dt) const {
+    // Speculative bounds: the box that a body can reach within dt, with half of the contact margin around it.
+    Aabb speculativeBox(const Body<S>& b, double dt) const {
         return bounds(b.def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + motion(b, dt));
     }
     // m, that no point of the body moves farther than within dt. What is too fast to be squared (an impulse of the
@@ -78,8 +78,8 @@ struct World<S>::Impl {
     static double motion(const Body<S>& b, double dt) {
         constexpr double farthest = 1e15;
         const double turn = std::isfinite(b.radius) ? static_cast<double>(b.w.norm()) * b.radius : 0;
-        const double way = dt * (static_cast<double>(b.v.norm()) + turn);
-        return way < farthest ? way : farthest;
+        const double distance = dt * (static_cast<double>(b.v.norm()) + turn);
+        return distance < farthest ? distance : farthest;
     }
 
     void step(S dt);
@@ -121,10 +121,10 @@ private:
     void record(const Island<S>& island, const Solution& solution);
     void countAndClose();
     bool accuracyAsked() const;
-    // Whether a budget, or who replays one, chooses the effort of a step.
-    bool hasEffort() const { return def.accuracy.budget > 0 || def.accuracy.effort >= 0; }
+    // Whether a budget, or who replays one, chooses the quality level of a step.
+    bool hasQualityLevel() const { return def.accuracy.budget > 0 || def.accuracy.qualityLevel >= 0; }
     // s. Not read where nothing hangs on it: it is a call of the system, a tenth of a small scene's step.
-    double budgetClock() const { return hasEffort() ? BudgetKeeper::clock(jobs->threadCount()) : 0; }
+    double budgetClock() const { return hasQualityLevel() ? BudgetKeeper::clock(jobs->threadCount()) : 0; }
 };
 
 }  // namespace cairn

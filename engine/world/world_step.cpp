@@ -40,10 +40,10 @@ void World<S>::Impl::step(S dt) {
     solveSeconds = 0;
     const double start = budgetClock();
     move(dt);
-    if (report.effort >= 0) {
-        budget.learn(report.effort, load,
+    if (report.qualityLevel >= 0) {
+        budget.learn(report.qualityLevel, load,
                      {.work = report.counts.work,
-                      .cut = report.counts.cut > 0,
+                      .truncated = report.counts.truncated > 0,
                       .solve = solveSeconds,
                       .rest = budgetClock() - start - solveSeconds});
     }
@@ -94,7 +94,7 @@ void World<S>::Impl::move(S dt) {
 
 template <class S>
 void World<S>::Impl::detect(double dt, bool onlyChanged) {
-    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, dt, def.stillDistance}, *jobs, onlyChanged);
+    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, dt, def.manifoldReuseDistance}, *jobs, onlyChanged);
     report.counts.narrow += contacts.counts();
     report.counts.carriedPairs = contacts.carried();
     detectedFor = onlyChanged ? std::min(dt, detectedFor) : dt;
@@ -124,7 +124,7 @@ void World<S>::Impl::applyChanges(double dt) {
 
 template <class S>
 void World<S>::Impl::moveProxy(std::uint32_t i, double dt) {
-    broadPhase.move(i, reach(bodies[i], dt), dt * bodies[i].v.template cast<double>());
+    broadPhase.move(i, speculativeBox(bodies[i], dt), dt * bodies[i].v.template cast<double>());
 }
 
 template <class S>
@@ -154,18 +154,18 @@ void World<S>::Impl::catchFastBodies(S dt) {
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
         const Body<S>& b = bodies[i];
         if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
-            const double moved = wayOf(before[i].pose, b.pose, b.radius);
+            const double moved = maxDisplacement(before[i].pose, b.pose, b.radius);
             const Aabb box = bounds(b.def.shapes, b.framePoseDouble());
             broadPhase.move(i, box.grown(0.5 * def.contactMargin + moved), Vec3d::Zero());
         }
     }
     broadPhase.update();
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
-    const SweepCounts counts =
-        sweepFastBodies<S>(bodies, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt, *jobs);
-    report.counts.sweptBodies = counts.swept;
-    report.counts.heldBodies = counts.heldBack;
-    report.counts.unresolvedSweeps = counts.unresolved;
+    const CcdCounts counts =
+        collideContinuously<S>(bodies, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt, *jobs);
+    report.counts.ccdBodies = counts.bodies;
+    report.counts.ccdHeldBodies = counts.held;
+    report.counts.ccdUnresolved = counts.unresolved;
 }
 
 template <class S>
@@ -174,7 +174,7 @@ void World<S>::Impl::writeBack(const Island<S>& island, S dt) {
         if (!s.fixed) {
             Body<S>& b = bodies[s.index];
             b.pose = s.pose;
-            b.unexplained = s.unexplained < S(0) ? b.unexplained : s.unexplained;
+            b.momentumResidual = s.momentumResidual < S(0) ? b.momentumResidual : s.momentumResidual;
             b.acceleration = (s.v.template head<3>() - b.v) / dt;
             b.v = s.v.template head<3>();
             b.w = s.v.template tail<3>();
@@ -198,7 +198,7 @@ void World<S>::Impl::forgetForces(std::uint32_t body) {
     for (PairContacts<S>& pair : contacts.pairs()) {
         if (pair.pair.a == body || pair.pair.b == body) {
             pair.made = false;
-            pair.patches.clear();
+            pair.manifolds.clear();
         }
     }
     for (std::size_t j = 0; j < joints.slotCount(); ++j) {
@@ -230,15 +230,15 @@ void World<S>::Impl::restoreNonFinite(const Island<S>& island) {
 template <class S>
 double World<S>::Impl::loadOf(const Island<S>& island) {
     double load = static_cast<double>(island.bodies.size() + 3 * island.joints.size());
-    for (const auto& link : island.patches) {
-        load += 3 * link.patch->manifold.count;
+    for (const auto& link : island.manifolds) {
+        load += 3 * link.manifold->geometry.count;
     }
     return load;
 }
 
 template <class S>
 void World<S>::Impl::shareWork() {
-    if (report.mostWork == 0) {
+    if (report.maxWork == 0) {
         return;
     }
     std::vector<Island<S>>& awake = islands.awake();
@@ -253,7 +253,7 @@ void World<S>::Impl::shareWork() {
         if (workOfAll > 0) {
             share = 0.5 * (share + island.memory.work / workOfAll);
         }
-        island.mostWork = share * report.mostWork;
+        island.maxWork = share * report.maxWork;
     }
 }
 
@@ -261,33 +261,33 @@ template <class S>
 void World<S>::Impl::solveIslands(S dt) {
     std::vector<Island<S>>& awake = islands.awake();
     solved.resize(awake.size());
-    SolveRequest request{def.accuracy, def.contactMargin, def.stillDistance, 1};
+    SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, 1};
     Solver<S>* by = solver.get();
-    report.mostWork = def.accuracy.mostWork;
+    report.maxWork = def.accuracy.maxWork;
     load = {};
-    if (hasEffort()) {
+    if (hasQualityLevel()) {
         for (const Island<S>& island : awake) {
             (island.isCalm() ? load.calm : load.moving) += loadOf(island);
         }
-        BudgetChoice choice{def.accuracy.effort, def.accuracy.mostWork};
-        if (choice.effort < 0) {
+        BudgetChoice choice{def.accuracy.qualityLevel, def.accuracy.maxWork};
+        if (choice.qualityLevel < 0) {
             choice = budget.choose(def.accuracy.budget, load);
-            if (choice.mostWork == 0 || (def.accuracy.mostWork > 0 && def.accuracy.mostWork < choice.mostWork)) {
-                choice.mostWork = def.accuracy.mostWork;
+            if (choice.maxWork == 0 || (def.accuracy.maxWork > 0 && def.accuracy.maxWork < choice.maxWork)) {
+                choice.maxWork = def.accuracy.maxWork;
             }
         }
-        report.effort = choice.effort;
-        report.mostWork = choice.mostWork;
-        const Effort effort = effortAt(report.effort, def.solver);
-        std::unique_ptr<Solver<S>>& made = efforts[static_cast<std::size_t>(report.effort)];
+        report.qualityLevel = choice.qualityLevel;
+        report.maxWork = choice.maxWork;
+        const QualityLevel qualityLevel = qualityLevelAt(report.qualityLevel, def.solver);
+        std::unique_ptr<Solver<S>>& made = levelSolvers[static_cast<std::size_t>(report.qualityLevel)];
         if (!made) {
             SolverSettings its = settings();
-            its.def = effort.solver;
+            its.def = qualityLevel.solver;
             made = makeSolver<S>(its);
         }
         by = made.get();
-        request.pieces = effort.pieces;
-        request.accuracy.mostPieces = std::min(request.accuracy.mostPieces, effort.pieces);
+        request.subdivisions = qualityLevel.subdivisions;
+        request.accuracy.maxSubdivisions = std::min(request.accuracy.maxSubdivisions, qualityLevel.subdivisions);
     }
     shareWork();
     parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) {
@@ -324,16 +324,16 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution) {
     counts.rows += s.rows;
     counts.directIslands += s.directSolves > 0 ? 1 : 0;
     counts.sweptIslands += s.sweptSolves > 0 ? 1 : 0;
-    counts.newtonRounds += s.newtonRounds;
+    counts.newtonIterations += s.newtonIterations;
     counts.factorisations += s.factorisations;
     counts.work += s.work;
-    counts.cut += s.cut ? 1 : 0;
+    counts.truncated += s.truncated ? 1 : 0;
     // Sweeps that are too few for the masses let bodies into each other, step after step, and say nothing.
-    constexpr double mostSunk = 0.002;  // m a step
+    constexpr double maxSunk = 0.002;  // m a step
     constexpr double shareGained = 0.01;
-    counts.unconverged += s.unconverged || e.sunk > mostSunk ? 1 : 0;
+    counts.unconverged += s.unconverged || e.sunk > maxSunk ? 1 : 0;
     counts.energetic += s.energyGained > shareGained * s.energyInPlay ? 1 : 0;
-    counts.attempts += solution.attempts;
+    counts.solves += solution.solves;
     counts.narrow += solution.narrow;
     StepError& error = report.error;
     error.maxPenetration = std::max(error.maxPenetration, e.maxPenetration);
@@ -357,8 +357,8 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution) {
     }
     one.lowest = bodies.idAt(island.bodies.front().index);
     one.rows = s.rows;
-    one.pieces = solution.pieces;
-    one.attempts = solution.attempts;
+    one.subdivisions = solution.subdivisions;
+    one.solves = solution.solves;
     one.swept = s.sweptSolves > 0;
     one.position = e.position;
     one.velocity = e.velocity;
@@ -369,7 +369,7 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution) {
 
 template <class S>
 bool World<S>::Impl::accuracyAsked() const {
-    bool asked = def.accuracy.position > 0 || def.accuracy.velocity > 0 || hasEffort();
+    bool asked = def.accuracy.position > 0 || def.accuracy.velocity > 0 || hasQualityLevel();
     for (std::size_t i = 0; i < bodies.slotCount() && !asked; ++i) {
         asked = bodies.used(i) && bodies[i].def.tolerance > 0;
     }
@@ -384,8 +384,8 @@ void World<S>::Impl::countAndClose() {
     c.pairs = static_cast<int>(contacts.pairs().size());
     c.islands = static_cast<int>(islands.awake().size());
     for (const PairContacts<S>& pair : contacts.pairs()) {
-        for (const ContactPatch<S>& patch : pair.patches) {
-            c.contacts += patch.manifold.count;
+        for (const ContactManifold<S>& manifold : pair.manifolds) {
+            c.contacts += manifold.geometry.count;
         }
     }
     for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {

@@ -7,12 +7,12 @@
 
 namespace cairn {
 
-// Holds a deformable by a body that was added before: its particles within `reach` of `position` are joined to `body`
+// Holds a deformable by a body that was added before: its particles within `radius` of `position` are joined to `body`
 // where they are.
 struct Attachment {
     BodyId body = {};
     Vec3d position = Vec3d::Zero();  // world, at the time of adding
-    double reach = 0;                // m; 0: the nearest particle alone
+    double radius = 0;               // m; 0: the nearest particle alone
 };
 
 // A straight line of particles, limp.

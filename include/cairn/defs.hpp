@@ -36,7 +36,7 @@ inline bool filtersAgree(const Filter& a, const Filter& b) {
     return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
 }
 
-// Whether a body's way within a step is searched for what it would pass through (continuous.hpp).
+// Whether a body's motion within a step is searched for what it would pass through (continuous.hpp).
 enum class Continuous {
     Auto,    // when it moves by more than WorldDef::continuousShare of its inner radius; particles never
     Always,  // whenever it moves: for a body that must not even graze through a corner
@@ -70,7 +70,7 @@ struct BodyDef {
 
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-// How sweeps are over-relaxed (seed 4.9).
+// How sweeps are over-relaxed (theory section 5.4).
 enum class RelaxationRule {
     Fixed,     // by SolverDef::relaxation
     Optimal,   // from the measured spectral radius of the Jacobi iteration
@@ -87,7 +87,7 @@ enum class LinearSolver {
 struct SolverDef {
     std::string name = "auto";  // one of solverList()
     int substeps = 0;           // sub-steps a step
-    int iterations = 0;         // sweeps (gauss_seidel) or Newton rounds at most (direct), a sub-step
+    int iterations = 0;         // sweeps (gauss_seidel) or Newton iterations at most (direct), a sub-step
     double relaxation = 0;      // of a sweep, in (0, 2); 1: plain Gauss-Seidel
     RelaxationRule relaxationRule = RelaxationRule::Fixed;  // gauss_seidel, of four sweeps or more
     bool massSplitting = true;                              // jacobi; without it the plain method, which may diverge
@@ -98,7 +98,7 @@ struct SolverDef {
     bool refreshRows = true;  // nonlinear_gs, xpbd: J and A_ii taken anew at every visit, and not only C
     // vbd, avbd: penalty of hard rows h^2 rho, relative to the mass on the load path; 0: the solver's own.
     double penalty = 0;
-    // Inertia grows by what joints' forces resist to turning (seed 7.20): steadies taut chains at long steps, damps
+    // Inertia grows by what joints' forces resist to turning (theory 7.16): steadies taut chains at long steps, damps
     // their swing. avbd has it on by itself.
     bool geometricStiffness = false;
     int clusterSize = 0;   // cluster: most bodies solved exactly together
@@ -107,16 +107,16 @@ struct SolverDef {
     LinearSolver linearSolver = LinearSolver::Factor;  // direct
     double directWork =
         0;  // auto: 6x6 block multiply-adds that a sub-step of one island may cost before sweeps take over
-    // Whether the solve meets a spinning body's resistance to being tipped (seed 4.17), which counts where it turns by
-    // more than about half a radian a sub-step. Its matrix is not symmetric: gauss_seidel, jacobi, nonlinear_gs and
-    // xpbd alone take it.
+    // Whether the solve meets a spinning body's resistance to being tipped (theory section 3.7), which counts where it
+    // turns by more than about half a radian a sub-step. Its matrix is not symmetric: gauss_seidel, jacobi,
+    // nonlinear_gs and xpbd alone take it.
     bool gyroscopicInertia = false;
 };
 
 // How the spin of a body with unequal moments of inertia turns by itself. Measured in docs/engine.md.
 enum class GyroscopicRule {
     None,              // w stays as it is: a top does not precess
-    Explicit,          // the seed's 4.4. For study only: it feeds energy in, without bound at 20 rad/s and 1/60 s
+    Explicit,          // theory 3.13. For study only: it feeds energy in, without bound at 20 rad/s and 1/60 s
     RestoredMomentum,  // the same with |L| scaled back: bounded and cheap, but tumbles at the wrong rate
     Midpoint,          // keeps energy and angular momentum to round-off
     RungeKutta,        // fourth order; keeps angular momentum to round-off
@@ -130,19 +130,18 @@ struct SleepDef {
 };
 
 // How wrong a step may be (docs/accuracy.md). Zero: not asked. An island whose error is above what is asked is solved
-// again, in twice as many pieces; what is still above it at `mostPieces` raises FlagTolerance.
+// again, with twice as many subdivisions; what is still above it at `maxSubdivisions` raises FlagTolerance.
 struct AccuracyDef {
-    double position = 0;   // m: StepError::position
-    double velocity = 0;   // m/s: StepError::velocity
-    int mostPieces = 32;   // of a step, each with contacts found anew; a power of two
-    bool coulomb = false;  // whether residualCoulomb is computed
-    // s a step, `auto` alone: the best that fits. Clocks differ from run to run; StepReport::effort and mostWork say
-    // what was chosen.
+    double position = 0;       // m: StepError::position
+    double velocity = 0;       // m/s: StepError::velocity
+    int maxSubdivisions = 32;  // of a step, each with contacts found anew; a power of two
+    bool coulomb = false;      // whether residualCoulomb is computed
+    // s a step, `auto` alone: the best that fits. Clocks differ from run to run; StepReport::qualityLevel and maxWork
+    // say what was chosen.
     double budget = 0;
     // That choice made anew, in place of the clock. Either may be given by itself.
-    int effort = -1;  // 0 to 11; -1: none
-    double mostWork =
-        0;  // of a step, as StepCounts::work counts it: solves that would take more are cut short; 0: none
+    int qualityLevel = -1;  // 0 to 11; -1: none
+    double maxWork = 0;  // of a step, as StepCounts::work counts it: solves that would take more are truncated; 0: none
 };
 
 struct WorldDef {
@@ -157,8 +156,9 @@ struct WorldDef {
     // m: a pair keeps its contact points while no point of the smaller body has moved farther against the other one
     // since they were found, nor by more than 0.1 % of its radius, nor rolled; their separations follow the bodies. 0:
     // every pair that moves is asked in every step.
-    double stillDistance = 1e-4;
-    // A body that moves farther in a step than this share of its inner radius, turning included, is swept.
+    double manifoldReuseDistance = 1e-4;
+    // A body that moves farther in a step than this share of its inner radius, turning included, gets continuous
+    // collision.
     double continuousShare = 0.5;
     double restitutionSpeed = 0.05;  // m/s: slower approaches do not bounce (bounces end in finite time)
     double maxPushOutSpeed = 3;      // m/s: penetration found at the start of a step is pushed out no faster

@@ -6,7 +6,7 @@ namespace cairn {
 // How often answers had to be completed or repaired; summed into the step report.
 struct NarrowCounts {
     std::uint64_t shapePairs = 0;       // pairs of shapes (or triangles) asked
-    std::uint64_t completed = 0;        // one-point answers turned into a patch
+    std::uint64_t completed = 0;        // one-point answers turned into a manifold
     std::uint64_t repairedNormals = 0;  // a normal of MPR replaced by a better face normal or a cached one
     std::uint64_t repairedFailures =
         0;  // exceptions, NaN, zero normals or endless refinements caught and answered otherwise

@@ -1,5 +1,5 @@
 #pragma once
-// A rigid pose: maps body coordinates to world coordinates by p = position + rotation * r (seed 2.1).
+// A rigid pose: maps body coordinates to world coordinates by p = position + rotation * r (theory 2.1).
 #include <cairn/types.hpp>
 
 namespace cairn {

@@ -16,7 +16,7 @@ struct StepError {
     double position = 0;            // m, worst row: gap, penetration, hovering under load, slip in a step
     double velocity = 0;            // m/s, worst row: speed at which an error grew; slip that friction should have held
     double residualConstraint = 0;  // sqrt(J), root of the sum over rows of error^2 / (A h^2)
-    double residualMomentum = 0;    // sqrt(J), root of the sum over bodies of |unexplained momentum|^2 / M
+    double residualMomentum = 0;    // sqrt(J), root of the sum over bodies of |momentum residual|^2 / M
     double coneViolation = 0;       // N, max of |lambda_t| - mu lambda_n
     std::optional<double> residualCoulomb;  // sqrt(J), natural map of Coulomb's law; AccuracyDef::coulomb
     double energyGained = 0;                // J, energy that no force explains and that the step added, >= 0
@@ -28,8 +28,8 @@ struct IslandReport {
     BodyId lowest;  // of its bodies, the one of lowest index
     int bodies = 0;
     int rows = 0;
-    int pieces = 1;                 // that the step was cut into
-    int attempts = 1;               // solutions tried, until one was within what AccuracyDef asks
+    int subdivisions = 1;           // that the step was divided into
+    int solves = 1;                 // solutions tried, until one was within what AccuracyDef asks
     bool swept = false;             // whether sweeps had a part in it
     double position = 0;            // m, as StepError's
     double velocity = 0;            // m/s
@@ -49,16 +49,16 @@ struct StepCounts {
     int rows = 0;
     int directIslands = 0;     // islands whose answer is the direct solver's
     int sweptIslands = 0;      // islands whose answer is Gauss-Seidel's
-    int newtonRounds = 0;      // summed over islands
+    int newtonIterations = 0;  // summed over islands
     int factorisations = 0;    // of H
     double work = 0;           // visits of rows in solvers; a multiply-add of 6x6 blocks counts as nine
-    int cut = 0;               // islands whose solution AccuracyDef::mostWork, or a budget, cut short
+    int truncated = 0;         // islands whose solution AccuracyDef::maxWork, or a budget, truncated
     int unconverged = 0;       // islands left above tolerance, or sinking
     int energetic = 0;         // islands that gained energy from nothing
-    int attempts = 0;          // solutions of islands; more than `islands` where AccuracyDef asked for better ones
-    int sweptBodies = 0;       // fast bodies whose way was searched for what they would pass through
-    int heldBodies = 0;        // of those and the bodies jointed to them, held back before something
-    int unresolvedSweeps = 0;  // held back at a place that is safe but not the exact one
+    int solves = 0;            // solutions of islands; more than `islands` where AccuracyDef asked for better ones
+    int ccdBodies = 0;         // fast bodies whose motion was searched for what they would pass through
+    int ccdHeldBodies = 0;     // of those and the bodies jointed to them, held back before something
+    int ccdUnresolved = 0;     // held back at a place that is safe but not the exact one
     NarrowCounts narrow;
 };
 
@@ -67,7 +67,7 @@ struct StepTimes {  // s
     double narrowPhase = 0;
     double islands = 0;
     double solve = 0;       // islands moved, measured and written back
-    double continuous = 0;  // boxes after the step, and sweeps of fast bodies
+    double continuous = 0;  // boxes after the step, and continuous collision
     double total = 0;
 };
 
@@ -78,7 +78,7 @@ enum StepFlag : std::uint32_t {
     FlagUnconverged = 2,
     FlagRepaired = 4,    // the narrow phase had to repair an answer of FCL; counts.narrow says how often
     FlagRefused = 8,     // dt was not in (0, 1] s: nothing moved
-    FlagTolerance = 16,  // an island's error is above what AccuracyDef asks, at AccuracyDef::mostPieces
+    FlagTolerance = 16,  // an island's error is above what AccuracyDef asks, at AccuracyDef::maxSubdivisions
     // An island gained energy from nothing (counts.energetic): over 1 % of its kinetic energy and what a fall by 10 cm
     // gives.
     FlagEnergy = 32,
@@ -89,8 +89,8 @@ struct StepReport {
     double kineticEnergy = 0;    // J, after the step
     double potentialEnergy = 0;  // J, of gravity, after the step
     std::uint32_t flags = 0;     // StepFlag bits
-    int effort = -1;             // that a budget allowed (AccuracyDef::effort); -1: no budget
-    double mostWork = 0;         // the bound that a budget set (AccuracyDef::mostWork); 0: none
+    int qualityLevel = -1;       // that a budget allowed (AccuracyDef::qualityLevel); -1: no budget
+    double maxWork = 0;          // the bound that a budget set (AccuracyDef::maxWork); 0: none
     StepError error;
     StepCounts counts;
     StepTimes times;

@@ -24,13 +24,13 @@ double volume(const Hull& hull) {
 
 // Of the points beyond the hull's planes, the farthest; < 0: all strictly inside.
 double farthestOutside(const Hull& hull, const std::vector<Vec3d>& points) {
-    double most = -1e300;
+    double maxVertices = -1e300;
     for (const Vec3d& point : points) {
         for (const Hull::Face& face : hull.faces) {
-            most = std::max(most, face.normal.dot(point) - face.offset);
+            maxVertices = std::max(maxVertices, face.normal.dot(point) - face.offset);
         }
     }
-    return most;
+    return maxVertices;
 }
 
 // Euler: V - E + F = 2.
@@ -183,10 +183,10 @@ TEST(ConvexHull, SimplifiedStaysInsideAndClose) {
     }
     const double full = volume(*convexHull(points).hull);
     double last = 0;
-    for (const int most : {4, 8, 16, 32, 64}) {
-        const Shape shape = convexHull(points, most);
-        SCOPED_TRACE(most);
-        EXPECT_EQ(shape.hull->vertices.size(), static_cast<std::size_t>(most));
+    for (const int maxVertices : {4, 8, 16, 32, 64}) {
+        const Shape shape = convexHull(points, maxVertices);
+        SCOPED_TRACE(maxVertices);
+        EXPECT_EQ(shape.hull->vertices.size(), static_cast<std::size_t>(maxVertices));
         EXPECT_LT(farthestOutside(*convexHull(points).hull, shape.hull->vertices), 2e-6);
         EXPECT_GT(volume(*shape.hull), last);
         last = volume(*shape.hull);

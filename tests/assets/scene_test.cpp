@@ -161,7 +161,7 @@ void expectSameDeformable(const Def& a, const Def& b) {
     for (std::size_t i = 0; i < a.attachments.size(); ++i) {
         EXPECT_EQ(a.attachments[i].body, b.attachments[i].body);
         expectBits(a.attachments[i].position, b.attachments[i].position, "position of an attachment");
-        expectBits(a.attachments[i].reach, b.attachments[i].reach, "reach");
+        expectBits(a.attachments[i].radius, b.attachments[i].radius, "radius");
     }
     if constexpr (std::is_same_v<Def, RopeDef>) {
         expectBits(a.from, b.from, "from");
@@ -219,7 +219,7 @@ void expectSame(const Scene& a, const Scene& b) {
     expectBits(a.world.sleep.distance, b.world.sleep.distance, "sleep distance");
     expectBits(a.world.sleep.time, b.world.sleep.time, "sleep time");
     EXPECT_EQ(a.world.threads, b.world.threads);
-    expectBits(a.world.stillDistance, b.world.stillDistance, "stillDistance");
+    expectBits(a.world.manifoldReuseDistance, b.world.manifoldReuseDistance, "manifoldReuseDistance");
     expectBits(a.world.continuousShare, b.world.continuousShare, "continuousShare");
     expectBits(a.world.contactMargin, b.world.contactMargin, "contactMargin");
     expectBits(a.world.restitutionSpeed, b.world.restitutionSpeed, "restitutionSpeed");
@@ -286,7 +286,7 @@ Scene everyField() {
     scene.world.sleep = {false, chance.number(), chance.number()};
     scene.world.threads = 3;
     scene.world.contactMargin = chance.number();
-    scene.world.stillDistance = chance.number();
+    scene.world.manifoldReuseDistance = chance.number();
     scene.world.continuousShare = chance.number();
     scene.world.restitutionSpeed = chance.number();
     scene.world.maxPushOutSpeed = chance.number();

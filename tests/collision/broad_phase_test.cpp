@@ -73,7 +73,7 @@ struct Room {
         broad.add(id, bodies[id].box, bodies[id].isStatic);
     }
 
-    void step(double reach, double sweepFactor) {
+    void step(double reach, double displacementFactor) {
         for (auto& [id, body] : bodies) {
             if (body.isStatic || !body.box.isFinite()) {
                 continue;
@@ -81,7 +81,7 @@ struct Room {
             const Vec3d by = anywhere(-reach, reach);
             body.box.min += by;
             body.box.max += by;
-            broad.move(id, body.box, sweepFactor * by);
+            broad.move(id, body.box, displacementFactor * by);
         }
         for (int i = 0; i < 3; ++i) {
             const ProxyId id = static_cast<ProxyId>(uniform(0, 500));
@@ -150,11 +150,11 @@ TEST(BroadPhase, WithMarginPairsHoldTheOverlapsAndLittleMore) {
         const std::vector<ProxyPair>& pairs = room.broad.pairs();
         ASSERT_TRUE(std::is_sorted(pairs.begin(), pairs.end()));
         ASSERT_EQ(std::adjacent_find(pairs.begin(), pairs.end()), pairs.end());
-        const std::vector<ProxyPair> least = everyPair(room.bodies, 0);
-        // A fat box reaches at most 4 margins beyond the margin and the sweep of 5 cm.
-        const std::vector<ProxyPair> most = everyPair(room.bodies, 0.05 + 0.2 + 0.05);
-        ASSERT_TRUE(std::includes(pairs.begin(), pairs.end(), least.begin(), least.end())) << "step " << i;
-        ASSERT_TRUE(std::includes(most.begin(), most.end(), pairs.begin(), pairs.end())) << "step " << i;
+        const std::vector<ProxyPair> smallest = everyPair(room.bodies, 0);
+        // A fat box reaches at most 4 margins beyond the margin and the displacement of 5 cm.
+        const std::vector<ProxyPair> largest = everyPair(room.bodies, 0.05 + 0.2 + 0.05);
+        ASSERT_TRUE(std::includes(pairs.begin(), pairs.end(), smallest.begin(), smallest.end())) << "step " << i;
+        ASSERT_TRUE(std::includes(largest.begin(), largest.end(), pairs.begin(), pairs.end())) << "step " << i;
     }
 }
 
@@ -292,7 +292,7 @@ TEST(BroadPhaseDeathTest, MistakesEndTheProgram) {
     EXPECT_DEATH(broad.add(1, {Vec3d(0, notANumber, 0), Vec3d::Ones()}, false), "NaN");
     EXPECT_DEATH(broad.add(1, {Vec3d::Ones(), Vec3d::Zero()}, false), "ordered");
     EXPECT_DEATH(broad.move(0, {Vec3d::Zero(), Vec3d(1, 1, notANumber)}, Vec3d::Zero()), "NaN");
-    EXPECT_DEATH(broad.move(0, {}, Vec3d(notANumber, 0, 0)), "sweep");
+    EXPECT_DEATH(broad.move(0, {}, Vec3d(notANumber, 0, 0)), "displacement");
     EXPECT_DEATH(broad.move(5, {}, Vec3d::Zero()), "no such");
     EXPECT_DEATH(broad.remove(5), "no such");
     EXPECT_THROW(BroadPhase(-1), InputError);

@@ -13,7 +13,7 @@
 namespace cairn {
 namespace {
 
-using truth::Least;
+using truth::MinOverlap;
 
 constexpr double margin = 0.02;
 
@@ -50,8 +50,8 @@ double overlapAlong(const Shape& a, const Shape& b, const Posed& pose, const Vec
     return isConvex(a.kind) ? truth::overlap(a, b, pose, n) : planeOverlap(b, pose) / std::max(n.y(), 1e-9);
 }
 
-Least least(const Shape& a, const Shape& b, const Posed& pose, int sweep) {
-    return isConvex(a.kind) ? truth::leastOverlap(a, b, pose, sweep) : Least{planeOverlap(b, pose), Vec3d::UnitY()};
+MinOverlap smallest(const Shape& a, const Shape& b, const Posed& pose, int sweep) {
+    return isConvex(a.kind) ? truth::minOverlap(a, b, pose, sweep) : MinOverlap{planeOverlap(b, pose), Vec3d::UnitY()};
 }
 
 enum Sort { Touching, Margin, Shallow, Deep, Square, sorts };
@@ -83,8 +83,8 @@ Posed poseOf(Sort sort, const Shape& a, const Shape& b, std::mt19937& random) {
     pose.position =
         d * (truth::overlap(a, b, pose, d) - 0.05) + 0.3 * uniform(0, 1) * truth::randomDirection(random).cross(d);
     for (int i = 0; i < 2; ++i) {  // the second time for what the first shift has changed
-        const Least way = truth::leastOverlap(a, b, pose, 200);
-        pose.position += (way.overlap - target) * way.normal;
+        const MinOverlap minimal = truth::minOverlap(a, b, pose, 200);
+        pose.position += (minimal.overlap - target) * minimal.normal;
     }
     return pose;
 }
@@ -154,13 +154,13 @@ TEST_P(EveryPair, AgreesWithASearchOverDirections) {
         for (int i = 0; i < count; ++i) {
             const bool swap = i % 2 == 1;
             const Posed pose = poseOf(sort, a, b, random);
-            const Least truth = least(a, b, pose, 400);
+            const MinOverlap truth = smallest(a, b, pose, 400);
             SCOPED_TRACE(std::string(sortNames[static_cast<std::size_t>(s)]) + " " + std::to_string(i) + ", overlap " +
                          std::to_string(truth.overlap));
             const auto found = swap ? truth::ask(b, a, pose.inverse(), margin) : truth::ask(a, b, pose, margin);
             expectSound(found);
             if (found.empty()) {
-                // Between flat sides, a strip of under a millimetre is let go as a seam.
+                // Between flat sides, a strip of under a millimetre is culled as an internal edge.
                 EXPECT_LT(truth.overlap, hasFlatSides(a) && hasFlatSides(b) ? 1e-3 : -margin + 2e-4);
                 continue;
             }
@@ -197,17 +197,17 @@ TEST_P(EveryPair, AgreesWithASearchOverDirections) {
         std::vector<PairCache> caches(poses.size());
         NarrowCounts counts;
         std::vector<Manifold> out;
-        double least = 1e300;
+        double smallest = 1e300;
         for (int round = 0; round < 200; ++round) {
             const double start = threadSeconds();
             for (std::size_t i = 0; i < poses.size(); ++i) {
                 out.clear();
                 collide({&a, 1}, {&b, 1}, poses[i], margin, caches[i], out, counts);
             }
-            least = std::min(least, threadSeconds() - start);
+            smallest = std::min(smallest, threadSeconds() - start);
         }
         std::ofstream table(file, std::ios::app);
-        table << pairName(GetParam()) << " ns " << std::lround(least / 60 * 1e9);
+        table << pairName(GetParam()) << " ns " << std::lround(smallest / 60 * 1e9);
         for (int s = 0; s < sorts; ++s) {
             const Worst& w = worst[static_cast<std::size_t>(s)];
             char text[160];
@@ -220,7 +220,7 @@ TEST_P(EveryPair, AgreesWithASearchOverDirections) {
     }
 }
 
-// Whether they overlap for certain, and by more than a seam: a point of one is inside the other.
+// Whether they overlap for certain, and by more than the slack of an internal edge: a point of one is inside the other.
 bool surelyOverlap(const Shape& a, const Shape& b, const Posed& pose) {
     if (!isConvex(a.kind)) {
         // Triangles are passed from behind, which a shape's centre tells: a cone's is below its middle.

@@ -37,7 +37,7 @@ std::vector<Shape> standing(double h) {
     return all;
 }
 
-// Whether the patch is what a body stands on.
+// Whether the manifold is what a body stands on.
 int pointsOf(const Shape& shape) {
     return shape.kind == ShapeKind::Sphere || shape.kind == ShapeKind::Capsule || shape.kind == ShapeKind::Ellipsoid
                ? 1
@@ -49,7 +49,7 @@ TEST(Far, SeparationsAwayFromTheOrigin) {
     for (const double away : {0.0, 1e3, 1e5, 1e7}) {
         double inDouble = 0;
         double inFloat = 0;
-        double swept = 0;
+        double timeError = 0;
         for (const Shape& ground : {box({2, 1, 2}), halfSpace({0, 1, 0}, 0), slabMesh(2), hullBox({2, 1, 2})}) {
             const bool isSolid = ground.kind == ShapeKind::Box || ground.kind == ShapeKind::Hull;
             for (const Shape& shape : standing(0.5)) {
@@ -79,17 +79,17 @@ TEST(Far, SeparationsAwayFromTheOrigin) {
                 still.start = floor;
                 const auto impact = timeOfImpact({&ground, 1}, still, {&shape, 1}, fall);
                 ASSERT_TRUE(impact);
-                swept = std::max(swept, std::abs(impact->fraction - (3 - 1e-3) / 10));
+                timeError = std::max(timeError, std::abs(impact->fraction - (3 - 1e-3) / 10));
             }
         }
         char line[200];
         std::snprintf(line, sizeof line,
                       "%.0f km: separation off by %.1e m in double, %.1e m in float; impact by %.1e m", away / 1000,
-                      inDouble, inFloat, 10 * swept);
+                      inDouble, inFloat, 10 * timeError);
         note(line);
         EXPECT_LT(inDouble, 2e-11 + 4e-16 * away) << away;
         EXPECT_LT(inFloat, 3e-7 + 1.2e-7 * away) << away;
-        EXPECT_LT(swept, 2e-5) << away;  // the tolerance of the gap
+        EXPECT_LT(timeError, 2e-5) << away;  // the tolerance of the gap
     }
 }
 
@@ -158,9 +158,9 @@ TEST(Far, PlatesAgainstPlates) {
             Posed pose;
             pose.rotation = truth::randomTurn(random);
             pose.position = truth::randomDirection(random).cwiseProduct(Vec3d(6, 1, 0.3));
-            const truth::Least least = truth::leastOverlap(plate, other, pose, 400);
-            pose.position += (least.overlap - 1e-4) * least.normal;
-            const truth::Least now = truth::leastOverlap(plate, other, pose, 400);
+            const truth::MinOverlap smallest = truth::minOverlap(plate, other, pose, 400);
+            pose.position += (smallest.overlap - 1e-4) * smallest.normal;
+            const truth::MinOverlap now = truth::minOverlap(plate, other, pose, 400);
             const auto found = truth::ask(plate, other, pose, 1e-3);
             if (now.overlap < 2e-5) {
                 continue;

@@ -29,13 +29,13 @@ bool isExact(const Shape& shape) {
 }
 
 double deepest(const std::vector<Manifold>& manifolds) {
-    double least = 1;
+    double smallest = 1;
     for (const Manifold& m : manifolds) {
         for (int k = 0; k < m.count; ++k) {
-            least = std::min(least, m.points[static_cast<std::size_t>(k)].separation);
+            smallest = std::min(smallest, m.points[static_cast<std::size_t>(k)].separation);
         }
     }
-    return least;
+    return smallest;
 }
 
 void expectSame(const std::vector<Manifold>& a, const std::vector<Manifold>& b, const Shape& shape) {
@@ -101,16 +101,16 @@ TEST(HeightField, FindsWhatEveryTriangleAskedFinds) {
         EXPECT_EQ(found, truth);
         total += found.size();
         // A ball of that size on its way meets all those that it overlaps where it starts.
-        std::vector<int> swept;
+        std::vector<int> cast;
         const Vec3d half = 0.5 * (region.max - region.min);
-        field.sweep(region.min + half, {uniform(random, -1, 1), 0, uniform(random, -1, 1)}, half, 1,
-                    [&](int triangle, double limit) {
-                        swept.push_back(triangle);
-                        return limit;
-                    });
-        std::sort(swept.begin(), swept.end());
-        EXPECT_EQ(std::unique(swept.begin(), swept.end()), swept.end());
-        EXPECT_TRUE(std::includes(swept.begin(), swept.end(), truth.begin(), truth.end()));
+        field.castBox(region.min + half, {uniform(random, -1, 1), 0, uniform(random, -1, 1)}, half, 1,
+                      [&](int triangle, double limit) {
+                          cast.push_back(triangle);
+                          return limit;
+                      });
+        std::sort(cast.begin(), cast.end());
+        EXPECT_EQ(std::unique(cast.begin(), cast.end()), cast.end());
+        EXPECT_TRUE(std::includes(cast.begin(), cast.end(), truth.begin(), truth.end()));
     }
     EXPECT_GT(total, 1000u);
 }

@@ -106,12 +106,12 @@ TEST(Hull, ClimbingFindsTheFarthestVertex) {
             if (i < 6) {
                 direction = (i % 2 ? 1 : -1) * Vec3d::Unit(i / 2);
             }
-            double most = -1e9;
+            double largest = -1e9;
             for (const Vec3d& vertex : hull.vertices) {
-                most = std::max(most, direction.dot(vertex));
+                largest = std::max(largest, direction.dot(vertex));
             }
             const int found = supportVertex(hull, direction, any(random));
-            EXPECT_NEAR(direction.dot(hull.vertices[static_cast<std::size_t>(found)]), most, 1e-14);
+            EXPECT_NEAR(direction.dot(hull.vertices[static_cast<std::size_t>(found)]), largest, 1e-14);
             if (i >= 6) {
                 EXPECT_EQ(found, supportVertex(hull, direction, any(random)));
             }

@@ -65,7 +65,7 @@ TEST(MeshPhase, FlatGridPushesUpOnly) {
     }
 }
 
-TEST(MeshPhase, BoxAcrossSeamsStandsOnItsFourCorners) {
+TEST(MeshPhase, BoxAcrossInternalEdgesStandsOnItsFourCorners) {
     const Shape ground = flat();
     const Shape crate = box({0.5, 0.5, 0.5});
     for (const Vec3d& place : {Vec3d(0, 0, 0), Vec3d(0.1, 0, 0.1), Vec3d(0.033, 0, 0.071)}) {
@@ -95,7 +95,7 @@ TEST(MeshPhase, SlidingBoxKeepsItsPoints) {
         auto found = ask(ground, crate, pose, 0.02, cache, counts);
         ASSERT_EQ(found.size(), 1u);
         if (i > 0) {
-            EXPECT_EQ(found[0].patch, before[0].patch);
+            EXPECT_EQ(found[0].id, before[0].id);
             const auto match = matchPoints(before[0], found[0], 0);
             for (const int m : match) {
                 EXPECT_GE(m, 0);
@@ -105,7 +105,7 @@ TEST(MeshPhase, SlidingBoxKeepsItsPoints) {
     }
 }
 
-TEST(MeshPhase, SphereRollsOverSeamsAsOnAPlane) {
+TEST(MeshPhase, SphereRollsOverInternalEdgesAsOnAPlane) {
     const Shape ground = flat();
     const Shape ball = sphere(0.3);
     for (int i = 0; i < 400; ++i) {
@@ -134,7 +134,7 @@ TEST(MeshPhase, ConcaveEdgeGivesBothFaces) {
             EXPECT_NEAR(m.points[0].separation, -1e-3, 1e-9);
         }
         EXPECT_LT(found[0].normal.x() * found[1].normal.x(), 0);
-        EXPECT_NE(found[0].patch, found[1].patch);
+        EXPECT_NE(found[0].id, found[1].id);
     }
 }
 
@@ -169,18 +169,18 @@ TEST(MeshPhase, ConvexEdgeHolds) {
         EXPECT_NEAR(deepest, -1e-3, 1e-6) << name(shape.kind);
         if (shape.kind == ShapeKind::Box || shape.kind == ShapeKind::Hull) {
             // The ridge carries the flat bottom from end to end.
-            double least = 1e300;
-            double most = -1e300;
+            double smallest = 1e300;
+            double largest = -1e300;
             for (const Manifold& m : found) {
                 for (int k = 0; k < m.count; ++k) {
                     const ContactPoint& p = m.points[static_cast<std::size_t>(k)];
                     if (p.separation < 0) {
-                        least = std::min(least, p.onA.z());
-                        most = std::max(most, p.onA.z());
+                        smallest = std::min(smallest, p.onA.z());
+                        largest = std::max(largest, p.onA.z());
                     }
                 }
             }
-            EXPECT_GT(most - least, 0.5) << name(shape.kind);
+            EXPECT_GT(largest - smallest, 0.5) << name(shape.kind);
         }
     }
 }
@@ -200,12 +200,12 @@ TEST(MeshPhase, BoxOnAStepIsNotPushedOffSideways) {
         const auto found = ask(step, box({0.5, 0.5, 0.5}), at({x, 0.999, 0}));
         ASSERT_FALSE(found.empty()) << x;
         int carrying = 0;
-        for (const Manifold& patch : found) {
-            for (int k = 0; k < patch.count; ++k) {
-                if (patch.points[static_cast<std::size_t>(k)].separation <= 0) {
+        for (const Manifold& manifold : found) {
+            for (int k = 0; k < manifold.count; ++k) {
+                if (manifold.points[static_cast<std::size_t>(k)].separation <= 0) {
                     ++carrying;
-                    EXPECT_NEAR((patch.normal - Vec3d::UnitY()).norm(), 0, 1e-6) << x;
-                    EXPECT_NEAR(patch.points[static_cast<std::size_t>(k)].separation, -1e-3, 1e-6) << x;
+                    EXPECT_NEAR((manifold.normal - Vec3d::UnitY()).norm(), 0, 1e-6) << x;
+                    EXPECT_NEAR(manifold.points[static_cast<std::size_t>(k)].separation, -1e-3, 1e-6) << x;
                 }
             }
         }
@@ -214,10 +214,10 @@ TEST(MeshPhase, BoxOnAStepIsNotPushedOffSideways) {
     // Standing below, the wall holds it sideways and the ground from below.
     const auto corner = ask(step, box({0.5, 0.2, 0.5}), at({0.499, 0.199, 0}));
     ASSERT_EQ(corner.size(), 2u);
-    for (const Manifold& patch : corner) {
-        EXPECT_NEAR(patch.normal.maxCoeff(), 1, 1e-6);
-        for (int k = 0; k < patch.count; ++k) {
-            EXPECT_NEAR(patch.points[static_cast<std::size_t>(k)].separation, -1e-3, 1e-6);
+    for (const Manifold& manifold : corner) {
+        EXPECT_NEAR(manifold.normal.maxCoeff(), 1, 1e-6);
+        for (int k = 0; k < manifold.count; ++k) {
+            EXPECT_NEAR(manifold.points[static_cast<std::size_t>(k)].separation, -1e-3, 1e-6);
         }
     }
 }

@@ -7,7 +7,7 @@
 namespace cairn {
 namespace {
 
-using truth::Least;
+using truth::MinOverlap;
 
 constexpr double margin = 0.02;
 
@@ -19,8 +19,8 @@ Posed poseOfOverlap(const Shape& a, const Shape& b, double target, std::mt19937&
     const Vec3d d = truth::randomDirection(random);
     pose.position =
         d * (truth::overlap(a, b, pose, d) - 0.05) + 0.3 * unit(random) * truth::randomDirection(random).cross(d);
-    const Least least = truth::leastOverlap(a, b, pose, 200);
-    pose.position += (least.overlap - target) * least.normal;
+    const MinOverlap smallest = truth::minOverlap(a, b, pose, 200);
+    pose.position += (smallest.overlap - target) * smallest.normal;
     return pose;
 }
 
@@ -36,7 +36,7 @@ TEST(BoxBox, DepthAndNormalAsTheSeparatingAxes) {
         const Shape a = box(ha);
         const Shape b = box(hb);
         const Posed pose{1.5 * truth::randomDirection(random).cwiseProduct(ha), truth::randomTurn(random)};
-        double least = 1e300;
+        double smallest = 1e300;
         std::vector<Vec3d> axes;
         for (int k = 0; k < 3; ++k) {
             axes.push_back(Vec3d::Unit(k));
@@ -51,22 +51,22 @@ TEST(BoxBox, DepthAndNormalAsTheSeparatingAxes) {
             }
         }
         for (const Vec3d& n : axes) {
-            least = std::min({least, truth::overlap(a, b, pose, n), truth::overlap(a, b, pose, -n)});
+            smallest = std::min({smallest, truth::overlap(a, b, pose, n), truth::overlap(a, b, pose, -n)});
         }
         const auto found = truth::ask(a, b, pose, margin);
-        if (least < -margin) {
+        if (smallest < -margin) {
             EXPECT_TRUE(found.empty());
             continue;
         }
-        if (least < 0) {
+        if (smallest < 0) {
             continue;
         }
         ASSERT_EQ(found.size(), 1u);
         ++deepEnough;
         const double along = truth::overlap(a, b, pose, found[0].normal);
         // Faces are preferred by 0.1 % of the thinnest half extent and 2 % of the depth.
-        EXPECT_LT(along, least + 2e-3 + 0.03 * least);
-        EXPECT_GT(along, least - 1e-9);
+        EXPECT_LT(along, smallest + 2e-3 + 0.03 * smallest);
+        EXPECT_GT(along, smallest - 1e-9);
         double deepest = 1;
         for (int k = 0; k < found[0].count; ++k) {
             const ContactPoint& p = found[0].points[static_cast<std::size_t>(k)];
@@ -81,7 +81,7 @@ TEST(BoxBox, DepthAndNormalAsTheSeparatingAxes) {
 }
 
 // Planks and slabs: where libccd's own normals are wrong in 1 to 10 % of poses.
-TEST(ConvexPair, PlanksAndSlabsKeepTheLeastOverlap) {
+TEST(ConvexPair, PlanksAndSlabsKeepTheMinimalOverlap) {
     std::mt19937 random(12);
     std::uniform_real_distribution<double> target(0, 0.01);
     const std::vector<Shape> others{truth::wedge(), cylinder(0.3, 0.4), cone(0.35, 0.4), capsule(0.2, 0.4)};
@@ -89,10 +89,10 @@ TEST(ConvexPair, PlanksAndSlabsKeepTheLeastOverlap) {
         for (const Shape& other : others) {
             for (int i = 0; i < 40; ++i) {
                 const Posed pose = poseOfOverlap(plank, other, target(random), random);
-                const Least least = truth::leastOverlap(plank, other, pose, 400);
+                const MinOverlap smallest = truth::minOverlap(plank, other, pose, 400);
                 const auto found = truth::ask(plank, other, pose, margin);
                 ASSERT_EQ(found.size(), 1u) << name(other.kind) << " " << i;
-                EXPECT_LT(truth::overlap(plank, other, pose, found[0].normal), least.overlap + 2e-3)
+                EXPECT_LT(truth::overlap(plank, other, pose, found[0].normal), smallest.overlap + 2e-3)
                     << name(other.kind) << " " << i;
             }
         }

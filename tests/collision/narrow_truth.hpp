@@ -64,11 +64,11 @@ inline double level(const Shape& s, const Vec3d& p) {
             return f / (2 * p.cwiseQuotient(e.cwiseProduct(e)).norm() + 1e-12);
         }
         default: {
-            double most = -1e300;
+            double largest = -1e300;
             for (const Hull::Face& face : s.hull->faces) {
-                most = std::max(most, face.normal.dot(p) - face.offset);
+                largest = std::max(largest, face.normal.dot(p) - face.offset);
             }
-            return most;
+            return largest;
         }
     }
 }
@@ -101,15 +101,15 @@ inline void appendAxes(const Shape& s, const Quatd& turn, std::vector<Vec3d>& fa
     }
 }
 
-struct Least {
+struct MinOverlap {
     double overlap = 1e300;
     Vec3d normal = Vec3d::UnitY();
 };
 
 // The least overlap over all directions: an even sweep of the sphere, all face normals and edge crosses, and a search
 // around the best few. For disjoint shapes it is minus their distance.
-inline Least leastOverlap(const Shape& a, const Shape& b, const Posed& aFromB, int sweep = 800) {
-    std::vector<Least> found;
+inline MinOverlap minOverlap(const Shape& a, const Shape& b, const Posed& aFromB, int sweep = 800) {
+    std::vector<MinOverlap> found;
     const auto attempt = [&](const Vec3d& n) { found.push_back({overlap(a, b, aFromB, n), n}); };
     for (int i = 0; i < sweep; ++i) {
         const double y = 1 - (2.0 * i + 1) / sweep;
@@ -137,12 +137,12 @@ inline Least leastOverlap(const Shape& a, const Shape& b, const Posed& aFromB, i
     }
     const std::size_t few = std::min<std::size_t>(5, found.size());
     std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(few), found.end(),
-                      [](const Least& x, const Least& y) { return x.overlap < y.overlap; });
-    Least best;
+                      [](const MinOverlap& x, const MinOverlap& y) { return x.overlap < y.overlap; });
+    MinOverlap best;
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
     for (std::size_t i = 0; i < few; ++i) {
-        Least at = found[i];
+        MinOverlap at = found[i];
         double step = 0.1;
         for (int failures = 0; step > 1e-7;) {
             const Vec3d n = (at.normal + step * Vec3d(normal(random), normal(random), normal(random))).normalized();

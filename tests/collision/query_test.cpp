@@ -184,7 +184,7 @@ TEST(RayCast, NeverSlipsBetweenTriangles) {
             }
         }
     }
-    // Along the seams of a field, over corners of cells.
+    // Along the edges of a field, over corners of cells.
     const Shape ground = hills();
     for (double x = -5; x <= 5; x += 0.25) {
         for (double z = -4.75; z <= 4.75; z += 0.25) {
@@ -210,17 +210,17 @@ TEST(ClosestPoints, OfConvexPairsAsASearchOverDirections) {
                 const Posed poseA{uniformPoint(random, 1), truth::randomTurn(random)};
                 const Posed poseB{poseA.position + uniform(random, 0.4, 2) * truth::randomDirection(random),
                                   truth::randomTurn(random)};
-                const truth::Least least = truth::leastOverlap(a, b, relativePose(poseA, poseB), 400);
+                const truth::MinOverlap smallest = truth::minOverlap(a, b, relativePose(poseA, poseB), 400);
                 const auto near = closestPoints({&a, 1}, poseA, {&b, 1}, poseB);
                 ASSERT_TRUE(near);
                 EXPECT_NEAR((near->onB - near->onA - near->distance * near->normal).norm(), 0, 1e-6);
-                if (least.overlap < -1e-3) {
-                    EXPECT_NEAR(near->distance, -least.overlap, 4e-5);  // the search's own error
+                if (smallest.overlap < -1e-3) {
+                    EXPECT_NEAR(near->distance, -smallest.overlap, 4e-5);  // the search's own error
                     EXPECT_NEAR(truth::level(a, poseA.inverse() * near->onA), 0, 1e-5);
                     EXPECT_NEAR(truth::level(b, poseB.inverse() * near->onB), 0, 1e-5);
                     EXPECT_FALSE(closestPoints({&a, 1}, poseA, {&b, 1}, poseB, 0.99 * near->distance));
                 } else {
-                    EXPECT_NEAR(near->distance, -least.overlap, 1e-3 + 0.02 * std::abs(least.overlap));
+                    EXPECT_NEAR(near->distance, -smallest.overlap, 1e-3 + 0.02 * std::abs(smallest.overlap));
                 }
                 EXPECT_EQ(overlaps({&a, 1}, poseA, {&b, 1}, poseB), near->distance <= 0);
             }
@@ -237,7 +237,7 @@ TEST(ClosestPoints, OfSurfacesAsEveryTriangleAsked) {
             for (int i = 0; i < 8; ++i) {
                 SCOPED_TRACE(std::string(name(ground.kind)) + " and " + name(shape.kind) + " " + std::to_string(i));
                 const Posed pose{uniformPoint(random, 2) + Vec3d(0, 2.6, 0), truth::randomTurn(random)};
-                double least = 1e300;
+                double smallest = 1e300;
                 for (const auto& t : triangles.triangles) {
                     // A thin prism stands for the triangle: its distance is that to within its thickness.
                     std::array<Vec3d, 3> c;
@@ -247,15 +247,15 @@ TEST(ClosestPoints, OfSurfacesAsEveryTriangleAsked) {
                     const Vec3d down = -0.5 * minShapeSize() * 2.5 * (c[1] - c[0]).cross(c[2] - c[0]).normalized();
                     const Shape prism = hull({c[0], c[1], c[2], c[0] + down, c[1] + down, c[2] + down},
                                              {{0, 1, 2}, {5, 4, 3}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}});
-                    if (const auto near = closestPoints({&prism, 1}, {}, {&shape, 1}, pose, std::max(least, 0.0))) {
-                        least = std::min(least, near->distance);
+                    if (const auto near = closestPoints({&prism, 1}, {}, {&shape, 1}, pose, std::max(smallest, 0.0))) {
+                        smallest = std::min(smallest, near->distance);
                     }
                 }
                 const auto near = closestPoints({&shape, 1}, pose, {&ground, 1}, {});
                 ASSERT_TRUE(near);
                 EXPECT_EQ(overlaps({&ground, 1}, {}, {&shape, 1}, pose), near->distance <= 0);
-                if (least > 2e-3) {
-                    EXPECT_NEAR(near->distance, least, 1.3e-3);
+                if (smallest > 2e-3) {
+                    EXPECT_NEAR(near->distance, smallest, 1.3e-3);
                     EXPECT_LT(near->normal.dot(near->onA - near->onB), 0);
                 }
             }
@@ -318,13 +318,13 @@ TEST(ShapeCast, TouchesAtItsFractionAndNotBefore) {
             for (int i = 0; i < 8; ++i) {
                 SCOPED_TRACE(std::string(name(shape.kind)) + " to " + name(target.kind) + " " + std::to_string(i));
                 const Posed start{3 * truth::randomDirection(random) + Vec3d(0, 3, 0), truth::randomTurn(random)};
-                const Vec3d way = 1.5 * (uniformPoint(random, 0.8) - start.position);
+                const Vec3d direction = 1.5 * (uniformPoint(random, 0.8) - start.position);
                 const auto distanceAt = [&](double t) {
                     const auto near =
-                        closestPoints({&shape, 1}, {start.position + t * way, start.rotation}, {&target, 1}, {});
+                        closestPoints({&shape, 1}, {start.position + t * direction, start.rotation}, {&target, 1}, {});
                     return near ? near->distance : 1e300;
                 };
-                const auto hit = shapeCast({&shape, 1}, start, way, {&target, 1}, {});
+                const auto hit = shapeCast({&shape, 1}, start, direction, {&target, 1}, {});
                 const double end = hit ? hit->fraction : 1;
                 if (hit && hit->fraction == 0) {
                     EXPECT_LE(distanceAt(0), 1.1e-5);
@@ -338,7 +338,7 @@ TEST(ShapeCast, TouchesAtItsFractionAndNotBefore) {
                     EXPECT_TRUE(hit->isExact);
                     EXPECT_NEAR(distanceAt(end), 0, 2e-5);
                     worst = std::max(worst, std::abs(distanceAt(end)));
-                    EXPECT_GT(hit->normal.dot(way), 0);
+                    EXPECT_GT(hit->normal.dot(direction), 0);
                     EXPECT_NEAR(pointDistance({&target, 1}, {}, hit->point)->distance, 0, 2e-5);
                 } else {
                     EXPECT_GT(distanceAt(1), 0);

@@ -128,7 +128,7 @@ TEST_P(EveryScene, IsValidWithDefaults) {
     expectValid(scene);
 }
 
-TEST_P(EveryScene, IsValidWithEachParameterAtItsLeast) {
+TEST_P(EveryScene, IsValidWithEachParameterAtItsMinimum) {
     for (const SceneParameter& parameter : GetParam().parameters) {
         SCOPED_TRACE(parameter.name);
         expectValid(makeScene(GetParam().name, {{parameter.name, parameter.min}}));

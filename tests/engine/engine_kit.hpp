@@ -50,7 +50,7 @@ struct SolverTraits {
     int substeps;      // a step
     bool exact;        // every sub-step is solved to its tolerance, whatever the masses
     bool balanced;     // pushes all bodies of a row at once, so that momentum is kept however few the iterations; body
-                       // after body it is kept only as far as they have converged (seed 7.3.2)
+                       // after body it is kept only as far as they have converged (theory section 7.2)
     bool stacks;       // holds a tower of five at rest
     double give;       // m or rad, by which a joint at rest yields to the weight of 3 kg on an arm of a metre
     double creep;      // m/s, of a contact that sticks

@@ -128,7 +128,7 @@ inline RowProblem<double> problemOf(const Island<double>& island, double h) {
         for (int r = block.first; r < block.first + block.count; ++r) {
             const std::size_t i = static_cast<std::size_t>(r);
             bool hard = false;
-            problem.terms[i] = rowTerms(island.rows[i], island.mobility(island.rows[i], block), h, hard);
+            problem.terms[i] = rowTerms(island.rows[i], island.delassus(island.rows[i], block), h, hard);
             if (hard) {
                 problem.terms[i].bias = island.rows[i].C / h;
             }

@@ -63,11 +63,11 @@ TEST(CompareImages, seesASmallBodyMoveByHalfItsSize) {
             scene.height = height;
             const Image image = renderer().render(scene);
             const float side = scene.instances.back().scale.x();
-            for (const Vec3f& way : {Vec3f(1, 0, 0), Vec3f(0, 1, 0), Vec3f(0, 0, -1), Vec3f(-1, 0, 0)}) {
+            for (const Vec3f& direction : {Vec3f(1, 0, 0), Vec3f(0, 1, 0), Vec3f(0, 0, -1), Vec3f(-1, 0, 0)}) {
                 DrawScene moved = scene;
-                moved.instances.back().pose.position += 0.5f * side * way;
+                moved.instances.back().pose.position += 0.5f * side * direction;
                 const ImageDifference difference = compareImages(image, renderer().render(moved));
-                EXPECT_FALSE(difference.same) << way.transpose() << " " << difference.summary();
+                EXPECT_FALSE(difference.same) << direction.transpose() << " " << difference.summary();
                 // The patch is where the body is.
                 const auto pixel = toPixel(scene, scene.instances.back().pose.position);
                 const float reach = 0.1f * static_cast<float>(height);

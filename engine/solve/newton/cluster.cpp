@@ -1,12 +1,12 @@
 // Cluster: Gauss-Seidel whose unit is a cluster of bodies. The rows that touch a cluster's bodies are solved exactly
-// together (newton.hpp, the seed's 7.4 and 7.37 for a part of the island), all other impulses standing still:
+// together (newton.hpp, theory 8.10), all other impulses standing still:
 //     (p_c, v) <- argmin of the contact problem over the rows of c,   cluster after cluster.
 // A cluster's border bodies move with their full mass, so that momentum is kept at every visit and no penalty has to be
 // chosen for the border: block Gauss-Seidel on impulses, which converges for any clusters. SolverDef::clusterSize is
 // the dial: all bodies of the island in one cluster is `direct` without its joint correction, one body a cluster is
 // Gauss-Seidel with a body's contacts solved together.
 // Clusters grow along load paths: from the body that carries most to the neighbour it presses hardest, so that a column
-// under load lies within one. Cost: a factor of each cluster a Newton round; linear in the number of clusters.
+// under load lies within one. Cost: a factor of each cluster a Newton iteration; linear in the number of clusters.
 #include "engine/solve/newton/newton.hpp"
 #include "engine/solve/velocity/impulse_solver.hpp"
 
@@ -154,7 +154,7 @@ private:
             const RowBlock<S>& block = cluster.part.blocks[m];
             const std::size_t from = static_cast<std::size_t>(island.blocks[cluster.blocks[m]].first);
             // A contact that the sweeps leave alone carries nothing.
-            const bool idle = block.kind == BlockKind::Contact && !(problem.terms[from].mobility > S(0));
+            const bool idle = block.kind == BlockKind::Contact && !(problem.terms[from].delassus > S(0));
             own.friction[m] = idle ? S(-1) : problem.friction[cluster.blocks[m]];
             for (std::size_t r = 0; r < static_cast<std::size_t>(block.count); ++r) {
                 const std::size_t i = static_cast<std::size_t>(block.first) + r;
@@ -169,17 +169,17 @@ private:
         cluster.newton.vStar = own.v;
         NewtonOptions options;
         // Loosely where there are others: the next visit goes on from here, and the border changes by more. 1e-8 m/s
-        // from a grip of 1e-4 takes four times as long on a wall of 78 boxes, which then sags twice as far.
+        // from a regularisation of 1e-4 takes four times as long on a wall of 78 boxes, which then sags twice as far.
         options.regularisation = alone ? 1e-4 : 1e-2;
-        options.leastRegularisation = 1e-9;
+        options.minRegularisation = 1e-9;
         options.tolerance = !alone ? 1e-4 : std::is_same_v<S, double> ? 1e-8 : 1e-5;
         options.stalled = 10 * options.tolerance;
-        options.liftTolerance = 1;
-        options.mostLifts = 0;
-        options.maxRounds = 20;
+        options.deSaxceTolerance = 1;
+        options.maxDeSaxceUpdates = 0;
+        options.maxIterations = 20;
         // Impulses of a problem that is not solved answer velocities that are not its own: sweeps instead.
         if (!cluster.newton.solve(cluster.part, options).converged) {
-            cluster.newton.polish(cluster.part, 4);
+            cluster.newton.runFallbackSweeps(cluster.part, 4);
         }
         problem.visits += own.visits;
         problem.blockProducts += own.blockProducts;

@@ -35,10 +35,10 @@ private:
     std::vector<Mat6<S>, Eigen::aligned_allocator<Mat6<S>>> block_;
 };
 
-// Replaces b by x with H x = b, to `tolerance` of |b| in the norm of the preconditioner, or as far as `most` iterations
-// lead. `product(x, y)`: y = H x. Returns the iterations.
+// Replaces b by x with H x = b, to `tolerance` of |b| in the norm of the preconditioner, or as far as `maxIterations`
+// iterations lead. `product(x, y)`: y = H x. Returns the iterations.
 template <class S, class Product>
-int conjugateGradients(const Product& product, const BlockDiagonal<S>& diagonal, S tolerance, int most,
+int conjugateGradients(const Product& product, const BlockDiagonal<S>& diagonal, S tolerance, int maxIterations,
                        std::vector<Vec6<S>>& b) {
     const auto dot = [](const std::vector<Vec6<S>>& x, const std::vector<Vec6<S>>& y) {
         S sum = 0;
@@ -55,7 +55,7 @@ int conjugateGradients(const Product& product, const BlockDiagonal<S>& diagonal,
     S left = dot(b, z);
     const S enough = tolerance * tolerance * left;
     int k = 0;
-    for (; k < most && left > enough; ++k) {
+    for (; k < maxIterations && left > enough; ++k) {
         product(direction, along);
         const S curvature = dot(direction, along);
         if (!(curvature > S(0))) {

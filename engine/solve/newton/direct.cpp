@@ -10,23 +10,23 @@ namespace {
 constexpr double smallError = 1e-4;
 // Joints are closed to this much (m or rad) at the moved poses. Limits are left to the next step: they come and go.
 constexpr double jointTolerance = 1e-6;
-// Rounds of that; where they are not enough, the bodies turn too far within the sub-step.
-constexpr int jointRounds = 8;
+// Iterations of that; where they are not enough, the bodies turn too far within the sub-step.
+constexpr int jointIterations = 8;
 // rad, that a jointed body may turn within a sub-step.
-constexpr double mostTurn = 0.3;
+constexpr double maxTurn = 0.3;
 // rad, the same where shorter sub-steps there are none; the midpoint rule of joints alone ends at pi.
-constexpr double mostWildTurn = 1;
+constexpr double maxWildTurn = 1;
 // rad^2, (h omega)^2 of the swing of a body under its joints' forces.
-constexpr double mostPhase = 1;
+constexpr double maxPhase = 1;
 // m/s or rad/s, of joints alone: no rest that games read off as a force.
 constexpr double jointSpeed = 6e-6;
 // Block multiply-adds a body of a factor over joints alone: trees and narrow loops have less than one.
-constexpr double mostJointWork = 10;
+constexpr double maxJointWork = 10;
 // Of what is in play, the energy that a sub-step of joints alone may make or lose. Where forces are turned ahead all of
 // it comes of a sub-step that is longer or shorter than the last one; elsewhere some is what a chord of another length
 // says of the same speed.
-constexpr double mostImplicitWork = 1e-4;
-constexpr double mostExplicitWork = 1e-3;
+constexpr double maxImplicitWork = 1e-4;
+constexpr double maxExplicitWork = 1e-3;
 // Of these, what a sub-step may make that cannot be shortened: there are many of them, and it would grow.
 constexpr double growthOfShortest = 0.1;
 // m/s, at which gaps of joints are closed where the answer is linear.
@@ -35,17 +35,17 @@ constexpr double slowSpeed = 6e-3;
 constexpr double movingSpeed = 0.05;
 // Passes of the projection, each about the poses that the last one left.
 constexpr int projectionPasses = 3;
-// Rounds without which Newton is not begun.
-constexpr int fewestRounds = 2;
+// Iterations without which Newton is not begun.
+constexpr int minIterations = 2;
 // Sweeps that Gauss-Seidel gets where Newton has not converged.
-constexpr int polishSweeps = 20;
-constexpr int fewestPolishSweeps = 3;  // where a bound on work leaves no room for more
+constexpr int fallbackSweeps = 20;
+constexpr int minFallbackSweeps = 3;  // where a bound on work leaves no room for more
 
 // Surfaces this close (m) touch: no bias within. The corners of a box are one too many for a plane; without the band
 // their last nanometres would decide which of them bear the load. In float the last digits of a position are a
 // micrometre.
 template <class S>
-constexpr double touchBand = std::is_same_v<S, double> ? 1e-6 : 1e-5;
+constexpr double contactSlop = std::is_same_v<S, double> ? 1e-6 : 1e-5;
 
 // Newton works in double whatever the world's precision: a load of 1e4 : 1 leaves no digits of a float for the light
 // body.
@@ -154,8 +154,8 @@ S fastestSpeed(const Island<S>& island) {
 
 // Whether contacts are expected to open and shut.
 template <class S>
-bool churns(const Island<S>& island) {
-    return !island.patches.empty() && fastestSpeed(island) > static_cast<S>(movingSpeed);
+bool isActiveSetChanging(const Island<S>& island) {
+    return !island.manifolds.empty() && fastestSpeed(island) > static_cast<S>(movingSpeed);
 }
 
 // Whether no jointed body turns so far within the sub-step that its rows point elsewhere afterwards.
@@ -165,13 +165,13 @@ bool turnsLittle(const Island<S>& island, const ContactNewton<double>& newton, d
         return h * newton.problem.v[static_cast<std::size_t>(body)].template tail<3>().norm();
     };
     return std::all_of(island.joints.begin(), island.joints.end(),
-                       [&](const auto& link) { return turn(link.a) <= mostTurn && turn(link.b) <= mostTurn; });
+                       [&](const auto& link) { return turn(link.a) <= maxTurn && turn(link.b) <= maxTurn; });
 }
 
 // Whether the forces of the joints swing no body through more than about a radian of phase within the sub-step. Rows
 // point where they did at its start, which is an explicit rule for the swing of a tight chain, and unstable from h
 // omega = 2 on. omega^2 is that of a body held by the force f at the end of an arm: |f| |arm| / I, the geometric
-// stiffness of the joint (seed 7.20).
+// stiffness of the joint (theory 7.17).
 bool swingsLittle(const Island<double>& island, const ContactNewton<double>& newton, double h) {
     std::vector<double> stiffness(island.bodies.size(), 0.0);
     for (std::size_t k = 0; k < static_cast<std::size_t>(island.jointBlocks); ++k) {
@@ -186,23 +186,23 @@ bool swingsLittle(const Island<double>& island, const ContactNewton<double>& new
     }
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         const SolverBody<double>& body = island.bodies[i];
-        if (!body.fixed && h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > mostPhase) {
+        if (!body.fixed && h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > maxPhase) {
             return false;
         }
     }
     return true;
 }
 
-// Rounds of Newton that the sub-step's bound on work still pays for after what has been spent, with what a little
-// polishing takes kept back.
+// Newton iterations that the sub-step's bound on work still pays for after what has been spent, with what a few
+// fallback sweeps take kept back.
 template <class S>
-int affordableRounds(const Island<S>& island, const ContactNewton<double>& newton, double spent) {
-    constexpr double most = 1e6;
-    constexpr double visits = 4;  // of each row in a round, beside the factor
+int affordableIterations(const Island<S>& island, const ContactNewton<double>& newton, double spent) {
+    constexpr double limit = 1e6;
+    constexpr double visits = 4;  // of each row in an iteration, beside the factor
     const double rows = static_cast<double>(island.rows.size());
-    const double kept = 2 * fewestPolishSweeps * rows;
-    const double rounds = (island.mostWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
-    return static_cast<int>(std::clamp(rounds, 0.0, most));
+    const double kept = 2 * minFallbackSweeps * rows;
+    const double iterations = (island.maxWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
+    return static_cast<int>(std::clamp(iterations, 0.0, limit));
 }
 
 // The base tolerance holds for what rests. What moves at a speed v is solved to a share of v: a ten-thousandth of it is
@@ -210,40 +210,40 @@ int affordableRounds(const Island<S>& island, const ContactNewton<double>& newto
 template <class S>
 NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings, double work) {
     constexpr double movingShare = 1e-4;
-    // A moving heap changes its contacts by more than any round resolves, and every round is dear. Sweeps with
-    // conjugate directions first, which find most of the active set and how fast each contact slides, so that the lift
-    // needs no correction; then Newton, five thousandths and a loose grip (measured on 200 boxes falling: 18.6 to 7.8
-    // rounds a solve, and less penetration).
+    // A moving heap changes its contacts by more than any iteration resolves, and every iteration is dear. Sweeps with
+    // conjugate directions first, which find most of the active set and how fast each contact slides, so that De
+    // Saxce's correction needs no update; then Newton, five thousandths and a loose regularisation (measured on 200
+    // boxes falling: 18.6 to 7.8 iterations a solve, and less penetration).
     constexpr double heapShare = 5e-3;
     constexpr double heapWork = 100;  // block multiply-adds of a factor
-    const bool heap = churns(island) && work > heapWork;
-    constexpr double liftShare = 5e-3;
+    const bool heap = isActiveSetChanging(island) && work > heapWork;
+    constexpr double deSaxceShare = 5e-3;
     constexpr double jointShare = 0.1;
-    // What a round leaves of the bias. Rows that do not open and shut bear a tighter grip than others: a chain with a
-    // load of 1000 at its end takes 2 rounds a sub-step in place of 5, to the same digits. At 1e-7 what H has lost to
-    // round-off keeps the residual above the tolerance.
-    constexpr double jointGrip = 1e-6;
+    // What an iteration leaves of the bias. Rows that do not open and shut bear a tighter regularisation than others: a
+    // chain with a load of 1000 at its end takes 2 iterations a sub-step in place of 5, to the same digits. At 1e-7
+    // what H has lost to round-off keeps the residual above the tolerance.
+    constexpr double jointOnlyRegularisation = 1e-6;
     const double speed = static_cast<double>(fastestSpeed(island));
     NewtonOptions options;
-    // A loose grip takes fewer rounds where contacts open and shut; a tight one fewer where rows stay.
-    options.regularisation = churns(island) ? (heap ? 1e-1 : 1e-2) : 1e-4;
+    // A loose regularisation takes fewer iterations where contacts open and shut; a tight one fewer where rows stay.
+    options.regularisation = isActiveSetChanging(island) ? (heap ? 1e-1 : 1e-2) : 1e-4;
     options.heap = heap;
-    options.mostLifts = heap ? 0 : options.mostLifts;
-    options.leastRegularisation = 1e-9;
+    options.maxDeSaxceUpdates = heap ? 0 : options.maxDeSaxceUpdates;
+    options.minRegularisation = 1e-9;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (std::is_same_v<S, double> ? 1e-7 : 2e-5);
-    if (!island.patches.empty()) {
+    if (!island.manifolds.empty()) {
         options.tolerance = std::max(options.tolerance, (heap ? heapShare : movingShare) * speed);
     } else {
-        // Joints alone converge at the price of a substitution a round, and their forces are read by games.
+        // Joints alone converge at the price of a substitution an iteration, and their forces are read by games.
         options.tolerance *= jointShare;
-        options.regularisation = jointGrip;
+        options.regularisation = jointOnlyRegularisation;
     }
     // At rest little is left to contradiction: creep would add up.
-    options.stalled = options.tolerance * (island.patches.empty() || churns(island) ? 10 : 2);
-    options.liftTolerance = std::max(1e-3, liftShare * speed);
-    options.maxRounds = settings.def.iterations > 0 ? settings.def.iterations : 60;
-    if (island.roundCap > 0) {
-        options.maxRounds = std::min(options.maxRounds, island.roundCap);
+    options.stalled = options.tolerance * (island.manifolds.empty() || isActiveSetChanging(island) ? 10 : 2);
+    options.deSaxceTolerance = std::max(1e-3, deSaxceShare * speed);
+    options.maxIterations = settings.def.iterations > 0 ? settings.def.iterations : 60;
+    if (island.iterationCap > 0) {
+        options.maxIterations = std::min(options.maxIterations, island.iterationCap);
     }
     return options;
 }
@@ -259,7 +259,7 @@ void fillProblem(const Island<double>& island, ContactNewton<double>& newton, co
             const Row<double>& row = island.rows[i];
             bool hard = false;
             RowTerms<double>& t = problem.terms[i];
-            t = rowTerms(row, island.responses[i].mobility, h, hard);
+            t = rowTerms(row, island.responses[i].delassus, h, hard);
             if (hard) {
                 const double C = block.kind == BlockKind::Contact ? row.C - std::clamp(row.C, -band, band) : row.C;
                 t.bias = hardBias(C, row.lo, gentle, h);
@@ -270,10 +270,10 @@ void fillProblem(const Island<double>& island, ContactNewton<double>& newton, co
             // The share of last step's friction that today's coefficient still carries.
             double* p = &problem.p[static_cast<std::size_t>(block.first)];
             const double length = planeLength(p[1], p[2]);
-            const double most = problem.friction[k] * p[0];
-            if (length > most) {
-                p[1] *= most / length;
-                p[2] *= most / length;
+            const double limit = problem.friction[k] * p[0];
+            if (length > limit) {
+                p[1] *= limit / length;
+                p[2] *= limit / length;
             }
         }
     }
@@ -298,8 +298,8 @@ std::uint64_t graphOf(const Island<S>& island) {
     for (const auto& link : island.locks) {
         add(link.b);
     }
-    for (const auto& link : island.patches) {
-        add(link.a, link.b, link.patch->manifold.count);
+    for (const auto& link : island.manifolds) {
+        add(link.a, link.b, link.manifold->geometry.count);
     }
     return hash;
 }
@@ -339,7 +339,7 @@ void fillProjection(const Island<double>& island, ContactNewton<double>& newton,
                 continue;
             }
             const bool equality = row.lo < 0.0 && row.hi > 0.0;
-            t.mobility = island.responses[i].mobility;
+            t.delassus = island.responses[i].delassus;
             t.lo = row.lo;
             t.hi = row.hi;
             t.bias = equality ? std::clamp(row.C / h, -pushOut, pushOut) : std::max(row.C / h, -pushOut);
@@ -354,7 +354,7 @@ NewtonReport solve(ContactNewton<double>& newton, const Island<double>& island, 
                    SolveReport& report) {
     const double before = newton.problem.work();
     const NewtonReport solved = newton.solve(island, options);
-    report.newtonRounds += solved.rounds;
+    report.newtonIterations += solved.iterations;
     report.factorisations += solved.factorisations;
     report.work += newton.problem.work() - before;
     return solved;
@@ -377,7 +377,7 @@ typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
         memory.factorWork = memory.newton.work();
         memory.rows = static_cast<double>(island.rows.size());
     }
-    return {memory.factorWork, memory.factorWork * (churns(island) ? 30 : 1), memory.rows};
+    return {memory.factorWork, memory.factorWork * (isActiveSetChanging(island) ? 30 : 1), memory.rows};
 }
 
 template <class S>
@@ -389,7 +389,7 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     resolveImpacts(island, settings_, h);
     report.rows = static_cast<int>(island.rows.size());
     DirectMemory<S>& memory = memoryOf(island);
-    const bool jointsAlone = memory.joints.prepare(island, mostJointWork * static_cast<double>(island.bodies.size()));
+    const bool jointsAlone = memory.joints.prepare(island, maxJointWork * static_cast<double>(island.bodies.size()));
     if (jointsAlone && solveJoints(island, h, report)) {
         return report;
     }
@@ -397,31 +397,31 @@ SolveReport Direct<S>::advance(Island<S>& island, S h) {
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
     newton.prepare(wide, settings_.def.linearSolver);
-    fillProblem(wide, newton, settings_, touchBand<S>, jointsAlone ? slowSpeed : smallError / hWide, hWide);
+    fillProblem(wide, newton, settings_, contactSlop<S>, jointsAlone ? slowSpeed : smallError / hWide, hWide);
     NewtonOptions options = optionsFor(island, settings_, newton.work());
-    const int affordable = std::max(fewestRounds, affordableRounds(island, newton, report.work));
-    const bool isBounded = affordable < options.maxRounds;
-    options.maxRounds = std::min(options.maxRounds, affordable);
+    const int affordable = std::max(minIterations, affordableIterations(island, newton, report.work));
+    const bool isBounded = affordable < options.maxIterations;
+    options.maxIterations = std::min(options.maxIterations, affordable);
     NewtonReport solved = solve(newton, wide, options, report);
     // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
-    const bool quiet = !churns(island);
+    const bool quiet = !isActiveSetChanging(island);
     const bool shortEnough =
         !island.mayRefuse || (turnsLittle(island, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(island, options, h, report));
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
-    report.cut = report.cut || (isBounded && !solved.converged);
-    // What was cut short would not fare better in shorter sub-steps of the same work.
-    if (solved.converged ? !closed && island.mayRefuse : !report.cut && (island.mayRefuse || island.mayRestart)) {
+    report.truncated = report.truncated || (isBounded && !solved.converged);
+    // What was truncated would not fare better in shorter sub-steps of the same work.
+    if (solved.converged ? !closed && island.mayRefuse : !report.truncated && (island.mayRefuse || island.mayRestart)) {
         report.tooLong = true;
         return report;
     }
     if (!solved.converged) {
-        const double sweeps = (island.mostWork - report.work) / (2 * static_cast<double>(island.rows.size()));
-        solved.residual =
-            newton.polish(wide, static_cast<int>(std::clamp<double>(sweeps, fewestPolishSweeps, polishSweeps)));
+        const double sweeps = (island.maxWork - report.work) / (2 * static_cast<double>(island.rows.size()));
+        solved.residual = newton.runFallbackSweeps(
+            wide, static_cast<int>(std::clamp<double>(sweeps, minFallbackSweeps, fallbackSweeps)));
     }
     report.residual = solved.residual;
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
@@ -449,11 +449,11 @@ bool Direct<S>::solveJoints(Island<S>& island, S h, SolveReport& report) const {
     options.gentle = smallError;
     options.warmStart = settings_.def.warmStart;
     const bool answered = joints.solve(island, h, options, report);
-    const double turn = island.mayRefuse ? mostTurn : mostWildTurn;
-    const double mostShare = joints.isImplicit() ? mostImplicitWork : mostExplicitWork;
+    const double turn = island.mayRefuse ? maxTurn : maxWildTurn;
+    const double maxShare = joints.isImplicit() ? maxImplicitWork : maxExplicitWork;
     const bool accepted = answered && static_cast<double>(h) * joints.fastestSpin() <= turn &&
-                          (island.mayRefuse ? std::abs(joints.energyShare()) <= mostShare
-                                            : joints.energyShare() <= growthOfShortest * mostShare);
+                          (island.mayRefuse ? std::abs(joints.energyShare()) <= maxShare
+                                            : joints.energyShare() <= growthOfShortest * maxShare);
     if (island.mayRefuse && !accepted) {
         report.tooLong = true;
         return true;
@@ -487,7 +487,7 @@ bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S
     onwards.goesOn = true;
     std::vector<S> C;
     S worst = 0;
-    for (int round = 0; round < jointRounds; ++round) {
+    for (int iteration = 0; iteration < jointIterations; ++iteration) {
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
             island.bodies[i].v = newton.problem.v[i].template cast<S>();
         }
@@ -507,9 +507,9 @@ bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S
         if (worst <= tolerance) {
             return true;
         }
-        onwards.maxRounds = std::min(options.maxRounds, affordableRounds(island, newton, report.work));
-        if (onwards.maxRounds == 0) {
-            report.cut = true;
+        onwards.maxIterations = std::min(options.maxIterations, affordableIterations(island, newton, report.work));
+        if (onwards.maxIterations == 0) {
+            report.truncated = true;
             break;
         }
         const NewtonReport again = solve(newton, wide, onwards, report);
@@ -540,9 +540,9 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
             break;
         }
         before = worst;
-        options.maxRounds = std::min(options.maxRounds, affordableRounds(island, newton, report.work));
-        if (options.maxRounds < fewestRounds) {
-            report.cut = true;
+        options.maxIterations = std::min(options.maxIterations, affordableIterations(island, newton, report.work));
+        if (options.maxIterations < minIterations) {
+            report.truncated = true;
             break;
         }
         if (rows.empty()) {

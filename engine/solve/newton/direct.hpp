@@ -5,8 +5,8 @@
 //     error of the linearisation vanishes and energy is kept); move; what error is left (bodies born overlapping) is
 //     projected away without speed.
 // Islands of joints alone are solved in the space of their forces (joint_newton.hpp).
-// Cost: one sparse factor a Newton round, none where last step's lambda still answers: n on chains and towers, n^1.5 on
-// walls, n^2 in 3-D heaps. Use it wherever it is affordable. Its arithmetic is double in a float world too.
+// Cost: one sparse factor a Newton iteration, none where last step's lambda still answers: n on chains and towers,
+// n^1.5 on walls, n^2 in 3-D heaps. Use it wherever it is affordable. Its arithmetic is double in a float world too.
 #include "engine/solve/newton/newton.hpp"
 #include "engine/solve/solver.hpp"
 
@@ -21,7 +21,7 @@ public:
 
     struct Cost {
         double factor = 0;  // block multiply-adds of one factor of the island
-        // Of a sub-step: of one round at rest or with joints alone, of 30 where contacts open and shut.
+        // Of a sub-step: of one iteration at rest or with joints alone, of 30 where contacts open and shut.
         double step = 0;
         double rows = 0;
     };

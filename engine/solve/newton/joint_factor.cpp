@@ -14,7 +14,7 @@ bool invert(double* m, std::size_t size) {
         whole = inverse;
         return inverse.allFinite();
     }
-    std::array<int, JointFactor::mostRows> swapped{};
+    std::array<int, JointFactor::maxRows> swapped{};
     for (std::size_t k = 0; k < size; ++k) {
         std::size_t pivot = k;
         for (std::size_t r = k + 1; r < size; ++r) {
@@ -59,7 +59,7 @@ bool invert(double* m, std::size_t size) {
 
 }  // namespace
 
-bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, std::size_t bodies, double mostWork) {
+bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, std::size_t bodies, double maxWork) {
     if (graph == graph_ && counts == counts_) {
         return serves_;
     }
@@ -76,10 +76,10 @@ bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, st
             }
         }
     }
-    constexpr std::size_t mostAtBody = 12;
+    constexpr std::size_t maxAtBody = 12;
     std::vector<std::set<int>> neighbours(n);
     for (const std::vector<int>& joints : jointsOf) {
-        if (joints.size() > mostAtBody) {
+        if (joints.size() > maxAtBody) {
             return false;
         }
         for (const int i : joints) {
@@ -119,7 +119,7 @@ bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, st
             queue.insert({neighbours[at(i)].size(), i});
         }
         work_ += own * (own * own + own * others + others * others) / 216;
-        if (work_ > mostWork) {
+        if (work_ > maxWork) {
             return false;
         }
         laterOf.push_back(left);
@@ -183,7 +183,7 @@ bool JointFactor::solve(const Rows& active, std::vector<double>& right) {
             double* lower = &matrix_[i.lower];
             const std::vector<int>& theirs = activeAt(at(i.place));
             for (std::size_t r = 0; r < theirs.size(); ++r) {
-                std::array<double, JointFactor::mostRows> row{};
+                std::array<double, JointFactor::maxRows> row{};
                 for (std::size_t c = 0; c < m; ++c) {
                     double sum = 0;
                     for (std::size_t l = 0; l < m; ++l) {
@@ -217,7 +217,7 @@ bool JointFactor::solve(const Rows& active, std::vector<double>& right) {
     for (std::size_t k = order_.size(); k-- > 0;) {
         const std::vector<int>& own = activeAt(k);
         const std::size_t m = own.size();
-        std::array<double, JointFactor::mostRows> rest{};
+        std::array<double, JointFactor::maxRows> rest{};
         for (std::size_t r = 0; r < m; ++r) {
             rest[r] = right[at(own[r])];
         }

@@ -8,7 +8,7 @@ namespace cairn {
 
 class JointFactor {
 public:
-    static constexpr std::size_t mostRows = 8;      // of a joint: a hinge with limits and motor has as many
+    static constexpr std::size_t maxRows = 8;       // of a joint: a hinge with limits and motor has as many
     using Graph = std::vector<std::array<int, 2>>;  // the two bodies of each joint, -1: fixed
     using Rows = std::vector<std::vector<int>>;     // of each joint, those that take part
 
@@ -20,8 +20,8 @@ public:
     };
 
     // Prepares for joints of `counts` rows each; cheap where that is as it was. False where the factor would cost more
-    // than `mostWork` block multiply-adds (6x6).
-    bool analyse(const Graph& graph, const std::vector<int>& counts, std::size_t bodies, double mostWork);
+    // than `maxWork` block multiply-adds (6x6).
+    bool analyse(const Graph& graph, const std::vector<int>& counts, std::size_t bodies, double maxWork);
     const std::vector<int>& order() const { return order_; }  // joints, as they are eliminated
     double work() const { return work_; }                     // block multiply-adds of one solve()
 

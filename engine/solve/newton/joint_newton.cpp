@@ -6,9 +6,9 @@
 namespace cairn {
 namespace {
 
-constexpr int mostRounds = 12;
-// Of a row's own mobility: keeps rows that repeat others (a closed loop of hinges in a plane) from being pushed without
-// end; too little to be seen elsewhere.
+constexpr int maxIterations = 12;
+// Of a row's own Delassus diagonal: keeps rows that repeat others (a closed loop of hinges in a plane) from being
+// pushed without end; too little to be seen elsewhere.
 constexpr double redundant = 1e-12;
 
 // N m s, at the start of a free motion whose mean spin over h is that of the body. By the midpoint rule of motion.hpp,
@@ -41,14 +41,14 @@ void addSwing(JointBody& body, const Vec3<double>& f, const Vec3<double>& arm) {
 }  // namespace
 
 template <class S>
-bool JointNewton<S>::prepare(const Island<S>& island, double mostWork) {
-    if (!island.patches.empty() || island.blocks.empty()) {
+bool JointNewton<S>::prepare(const Island<S>& island, double maxWork) {
+    if (!island.manifolds.empty() || island.blocks.empty()) {
         return false;
     }
     graph_.clear();
     counts_.clear();
     for (const RowBlock<S>& block : island.blocks) {
-        if (block.particles || at(block.count) > JointFactor::mostRows) {
+        if (block.particles || at(block.count) > JointFactor::maxRows) {
             return false;
         }
         const auto node = [&](int body) { return island.bodies[at(body)].fixed ? -1 : body; };
@@ -60,10 +60,10 @@ bool JointNewton<S>::prepare(const Island<S>& island, double mostWork) {
             return false;
         }
     }
-    return factor_.analyse(graph_, counts_, island.bodies.size(), mostWork);
+    return factor_.analyse(graph_, counts_, island.bodies.size(), maxWork);
 }
 
-// Takes the rows where h v brings the bodies, and what they and the balance of momentum miss.
+// Takes the rows where h v brings the bodies, and the residuals of both and of the balance of momentum.
 template <class S>
 void JointNewton<S>::evaluate(Island<S>& island, S h) {
     const double wide = static_cast<double>(h);
@@ -75,8 +75,8 @@ void JointNewton<S>::evaluate(Island<S>& island, S h) {
         if (mine.fixed) {
             continue;
         }
-        mine.miss.head<3>() = mine.mass * (mine.v - mine.vStar).head<3>();
-        mine.miss.tail<3>() = momentumOf(mine, wide) - mine.momentum;
+        mine.residual.head<3>() = mine.mass * (mine.v - mine.vStar).head<3>();
+        mine.residual.tail<3>() = momentumOf(mine, wide) - mine.momentum;
         mine.stiffness.setZero();
         const Mat3<double> turn = hat(Vec3<double>(wide * mine.v.tail<3>()));
         mine.turning = Mat3<double>::Identity() + 0.5 * turn + (1.0 / 6) * turn * turn;
@@ -90,15 +90,15 @@ void JointNewton<S>::evaluate(Island<S>& island, S h) {
     endBlocks_.clear();
     island.linearizeJoints(endRows_, endBlocks_);
     worst_ = 0;
-    missed_ = 0;
+    residual_ = 0;
     for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
         evaluateBlock(island, k, wide);
     }
     scatter_ = 0;
     for (const JointBody& body : bodies_) {
         if (!body.fixed) {
-            scatter_ = std::max({scatter_, body.inverseMass * body.miss.head<3>().norm(),
-                                 (body.inverseInertia * body.miss.tail<3>()).norm()});
+            scatter_ = std::max({scatter_, body.inverseMass * body.residual.head<3>().norm(),
+                                 (body.inverseInertia * body.residual.tail<3>()).norm()});
         }
     }
 }
@@ -159,15 +159,15 @@ void JointNewton<S>::evaluateBlock(const Island<S>& island, std::size_t k, doubl
             worst_ = std::max(worst_, whole && r < 3 ? std::abs(C) : static_cast<double>(row.violation()));
         }
         mine.u += mine.terms.bias + mine.terms.softness * mine.p;
-        if (const double scale = mine.terms.mobility + mine.terms.softness; scale > 0) {
+        if (const double scale = mine.terms.delassus + mine.terms.softness; scale > 0) {
             const double to = std::clamp(mine.p - mine.u / scale, mine.terms.lo, mine.terms.hi);
-            missed_ = std::max(missed_, scale * std::abs(mine.p - to));
+            residual_ = std::max(residual_, scale * std::abs(mine.p - to));
         }
         if (!a.fixed) {
-            a.miss -= mine.p * mine.a;
+            a.residual -= mine.p * mine.a;
         }
         if (!b.fixed) {
-            b.miss -= mine.p * mine.b;
+            b.residual -= mine.p * mine.b;
         }
     }
     addSwing(a, -force, armA);
@@ -207,10 +207,10 @@ double JointNewton<S>::chooseLag(const Island<S>& island, double h) {
 
 template <class S>
 bool JointNewton<S>::isSettled(double h, const JointNewtonOptions& options) const {
-    // What the balance of momentum misses goes into the twists that are handed on, not into where the joints are.
+    // The residual of the balance of momentum goes into the twists that are handed on, not into where the joints are.
     constexpr double scatterShare = 10;
     const double speed = std::max(options.tolerance, options.floor / h);
-    return missed_ <= speed && scatter_ <= scatterShare * speed;
+    return residual_ <= speed && scatter_ <= scatterShare * speed;
 }
 
 template <class S>
@@ -222,7 +222,7 @@ void JointNewton<S>::chooseActive() {
         active_[k].clear();
         for (int i = block.first; i < block.first + block.count; ++i) {
             JointRow& row = rows_[at(i)];
-            const double scale = row.terms.mobility + row.terms.softness;
+            const double scale = row.terms.delassus + row.terms.softness;
             const double wanted = scale > 0 ? row.p - row.u / scale : 0;
             if (scale > 0 && wanted > row.terms.lo && wanted < row.terms.hi) {
                 active_[k].push_back(i);
@@ -230,8 +230,8 @@ void JointNewton<S>::chooseActive() {
             }
             const double change = std::clamp(wanted, row.terms.lo, row.terms.hi) - row.p;
             row.p += change;
-            a.miss -= change * row.a;
-            b.miss -= change * row.b;
+            a.residual -= change * row.a;
+            b.residual -= change * row.b;
         }
     }
 }
@@ -244,13 +244,13 @@ void JointNewton<S>::stiffen(double h) {
         }
         // A joint under pressure makes its bodies fall over, and faster than the step sees where that is as much as
         // their inertia: there only what holds them upright is taken.
-        constexpr double leastShare = 0.5;
+        constexpr double minShare = 0.5;
         Mat3<double> inertia = body.inertia + lag_ * h * body.stiffness;
         if (body.midpoint) {
             const Vec3<double> w = body.v.tail<3>();
             inertia += 0.5 * h * (hat(w) * body.inertia - hat(Vec3<double>(body.inertia * w)));
         }
-        if (inertia.determinant() < leastShare * body.inertia.determinant()) {
+        if (inertia.determinant() < minShare * body.inertia.determinant()) {
             Eigen::SelfAdjointEigenSolver<Mat3<double>> parts;
             parts.computeDirect(0.5 * (body.stiffness + body.stiffness.transpose()));
             inertia = body.inertia + lag_ * h * parts.eigenvectors() * parts.eigenvalues().cwiseMax(0.0).asDiagonal() *
@@ -295,8 +295,8 @@ bool JointNewton<S>::newtonStep() {
             moved_[i].setZero();
             continue;
         }
-        moved_[i].head<3>() = -body.inverseMass * body.miss.head<3>();
-        moved_[i].tail<3>().noalias() = -body.give * body.miss.tail<3>();
+        moved_[i].head<3>() = -body.inverseMass * body.residual.head<3>();
+        moved_[i].tail<3>().noalias() = -body.give * body.residual.tail<3>();
     }
     for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
         const Vec6<double>& a = moved_[at(endBlocks_[k].a)];
@@ -355,7 +355,8 @@ void JointNewton<S>::start(Island<S>& island, S h, const JointNewtonOptions& opt
         mine.vBefore = mine.v;
         if (body.gyroscopic != GyroscopicRule::None) {
             // The free motion runs backwards as it runs on: by as much as its mean spin is ahead of that of now.
-            const Vec3<double> pushed = mine.inverseInertia * body.outside.template tail<3>().template cast<double>();
+            const Vec3<double> pushed =
+                mine.inverseInertia * body.externalImpulse.template tail<3>().template cast<double>();
             mine.vBefore.tail<3>() = 2 * mine.v.tail<3>() + pushed - mine.vStar.tail<3>();
         }
         mine.ahead.setIdentity();
@@ -367,8 +368,8 @@ void JointNewton<S>::start(Island<S>& island, S h, const JointNewtonOptions& opt
         const Row<S>& row = island.rows[i];
         JointRow& mine = rows_[i];
         bool hard = false;
-        const RowTerms<S> terms = rowTerms(row, island.responses[i].mobility, h, hard);
-        mine.terms = {static_cast<double>(terms.mobility), static_cast<double>(terms.bias),
+        const RowTerms<S> terms = rowTerms(row, island.responses[i].delassus, h, hard);
+        mine.terms = {static_cast<double>(terms.delassus), static_cast<double>(terms.bias),
                       static_cast<double>(terms.softness), static_cast<double>(terms.lo),
                       static_cast<double>(terms.hi)};
         mine.startC = static_cast<double>(row.C);
@@ -393,15 +394,15 @@ bool JointNewton<S>::solve(Island<S>& island, S h, const JointNewtonOptions& opt
     const auto step = [&] {
         chooseActive();
         stiffen(wide);
-        ++report.newtonRounds;
+        ++report.newtonIterations;
         ++report.factorisations;
         report.work += visitsOfProduct * factor_.work();
         return newtonStep();
     };
-    for (int round = 0; !found && round < mostRounds && step(); ++round) {
+    for (int iteration = 0; !found && iteration < maxIterations && step(); ++iteration) {
         evaluate(island, h);
         visited();
-        if (!std::isfinite(missed_ + scatter_)) {
+        if (!std::isfinite(residual_ + scatter_)) {
             break;
         }
         found = isSettled(wide, options);
@@ -410,7 +411,7 @@ bool JointNewton<S>::solve(Island<S>& island, S h, const JointNewtonOptions& opt
         island.bodies[i].pose = start_[i];
     }
     if (found) {
-        report.residual = missed_;
+        report.residual = residual_;
         sumUp(island);
     }
     return found;
@@ -463,11 +464,11 @@ void JointNewton<S>::handBack(Island<S>& island, S h) const {
             continue;
         }
         Vec6<double> left;
-        left.head<3>() = mine.inverseMass * mine.miss.head<3>();
-        left.tail<3>() = mine.inverseInertia * mine.miss.tail<3>();
+        left.head<3>() = mine.inverseMass * mine.residual.head<3>();
+        left.tail<3>() = mine.inverseInertia * mine.residual.tail<3>();
         if (mine.midpoint) {
             const Vec3<double> spin = mine.inertia * mine.v.tail<3>();
-            body.gyroMomentum = (momentumOf(mine, wide) - mine.miss.tail<3>() - spin).template cast<S>();
+            body.gyroMomentum = (momentumOf(mine, wide) - mine.residual.tail<3>() - spin).template cast<S>();
             left.tail<3>().setZero();
         }
         body.v = (mine.v - left).template cast<S>();

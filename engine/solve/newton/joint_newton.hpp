@@ -3,9 +3,9 @@
 // joints' forces. Unknown: the mean twists v of the sub-step and the impulses p,
 //     M (v - v*) = J^T p          J: gradients at the start, but forces meet each body as it will have turned (below),
 //     C(x moved by h v) = 0       hard rows; springs and dampers implicitly; motors; bounds by an active set.
-// Newton's matrix is that of the moved poses, M + K with K the geometric stiffness (seed 7.20), a 3x3 block a body. dv
-// is eliminated first: what is left is sparse over the joints (joint_factor.hpp), and not symmetric, because the rows'
-// gradients at the end are not J.
+// Newton's matrix is that of the moved poses, M + K with K the geometric stiffness (theory 7.13), a 3x3 block a body.
+// dv is eliminated first: what is left is sparse over the joints (joint_factor.hpp), and not symmetric, because the
+// rows' gradients at the end are not J.
 //
 // How forces meet bodies. With the gradients of the start (SHAKE) energy does not drift and momentum is kept, but the
 // swing of a body of inertia I under a force f at an arm r must be resolved, h omega < 2, omega^2 = |f| |r| / I: at the
@@ -49,7 +49,7 @@ struct JointBody {
     Vec6<double> vStar, v;
     Vec6<double> vBefore;                 // mean twist at which it came here
     Vec3<double> momentum, gyroMomentum;  // N m s: without the rows; beyond inertia times vStar
-    Vec6<double> miss;                    // M (v - vStar) - J^T p
+    Vec6<double> residual;                // M (v - vStar) - J^T p
     Mat3<double> stiffness;               // of its swing, N m s: minus the change of its torque impulse per theta
     Mat3<double> ahead = Mat3<double>::Identity();    // exp(-theta)
     Mat3<double> turning = Mat3<double>::Identity();  // what a change of its spin turns it at the end, over h
@@ -60,8 +60,8 @@ template <class S>
 class JointNewton {
 public:
     // Reads the graph of the joints. False where it cannot serve: with contacts, particles or gyroscopic inertia
-    // (SolverDef), or where its factor would cost more than `mostWork` block multiply-adds (6x6).
-    bool prepare(const Island<S>& island, double mostWork);
+    // (SolverDef), or where its factor would cost more than `maxWork` block multiply-adds (6x6).
+    bool prepare(const Island<S>& island, double maxWork);
     // A sub-step of a predicted and linearised island. False: Newton has not converged. The island is as it was.
     bool solve(Island<S>& island, S h, const JointNewtonOptions& options, SolveReport& report);
     // Gives the island the last solve(): the bodies' twists, the rows' gradients and lambda, for integrate() to move
@@ -96,7 +96,7 @@ private:
 
     std::vector<JointBody> bodies_;
     std::vector<JointRow> rows_;
-    JointFactor::Rows active_;  // rows of each block that the present round moves
+    JointFactor::Rows active_;  // rows of each block that the present iteration moves
     std::vector<Pose<S>> start_;
     std::vector<Row<S>> endRows_;
     std::vector<RowBlock<S>> endBlocks_;
@@ -105,8 +105,8 @@ private:
     std::vector<double> moments_;  // N m, of each body
     double lag_ = 0;
     double worst_ = 0;                   // m or rad
-    double missed_ = 0;                  // m/s, worst row of the natural map
-    double scatter_ = 0;                 // m/s or rad/s, M^-1 miss of the worst body
+    double residual_ = 0;                // m/s, worst row of the natural map
+    double scatter_ = 0;                 // m/s or rad/s, M^-1 residual of the worst body
     double jointWork_ = 0, inPlay_ = 0;  // J
 };
 

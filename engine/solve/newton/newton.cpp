@@ -78,11 +78,11 @@ void ContactNewton<S>::prepare(const Island<S>& island, LinearSolver linearSolve
     problem.p.resize(island.rows.size());
     vStar.resize(island.bodies.size());
     problem.v.resize(island.bodies.size());
-    factored_ = factored_ && stillHolds(island);
+    factored_ = factored_ && factorHolds(island);
 }
 
 template <class S>
-bool ContactNewton<S>::stillHolds(const Island<S>& island) const {
+bool ContactNewton<S>::factorHolds(const Island<S>& island) const {
     if (island.bodies.size() != factoredPoses_.size() || island.blocks.size() != factoredBlocks_.size() ||
         island.rows.size() != weight_.size()) {
         return false;
@@ -93,7 +93,7 @@ bool ContactNewton<S>::stillHolds(const Island<S>& island) const {
             return false;
         }
     }
-    const S still = static_cast<S>(stillMotion);
+    const S still = static_cast<S>(reusableMotion);
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         const Pose<S>& pose = island.bodies[i].pose;
         const Pose<S>& old = factoredPoses_[i];
@@ -203,7 +203,7 @@ bool ContactNewton<S>::weigh(const Island<S>& island, const std::vector<S>& y) {
         }
         for (std::size_t i = first; i < first + at(block.count); ++i) {
             const RowTerms<S>& t = problem.terms[i];
-            const S w = y[i] > t.lo && y[i] < t.hi && t.mobility > S(0) ? S(1) / (delta_[i] + t.softness) : S(0);
+            const S w = y[i] > t.lo && y[i] < t.hi && t.delassus > S(0) ? S(1) / (delta_[i] + t.softness) : S(0);
             same = same && std::abs(w - weight_[i]) <= tight * w;
             weight_[i] = w;
         }
@@ -359,7 +359,7 @@ void ContactNewton<S>::newtonStep(const Island<S>& island, std::vector<Vec6<S>>&
     for (Vec6<S>& block : g) {
         block = -block;
     }
-    ++report.rounds;
+    ++report.iterations;
     if (linearSolver_ == LinearSolver::Factor) {
         factor_.solve(g);
         // Two substitutions, each a product of every block with a sixth of one.
@@ -367,7 +367,7 @@ void ContactNewton<S>::newtonStep(const Island<S>& island, std::vector<Vec6<S>>&
         return;
     }
     report.products += conjugateGradients<S>([&](const auto& x, auto& y) { product(island, x, y); }, diagonal_,
-                                             static_cast<S>(stepShare), mostProducts, g);
+                                             static_cast<S>(stepShare), maxProducts, g);
 }
 
 // Moves v along `step` to where the slope of f vanishes, or nearly: f is convex, so the slope rises along the line.
@@ -442,7 +442,7 @@ double ContactNewton<S>::residual(const Island<S>& island) const {
         const std::size_t first = at(block.first);
         if (isCone(island, k)) {
             const S scale = std::max(
-                {problem.terms[first].mobility, problem.terms[first + 1].mobility, problem.terms[first + 2].mobility});
+                {problem.terms[first].delassus, problem.terms[first + 1].delassus, problem.terms[first + 2].delassus});
             if (scale <= S(0)) {
                 continue;
             }
@@ -452,19 +452,19 @@ double ContactNewton<S>::residual(const Island<S>& island) const {
                 p(r) = problem.p[first + at(r)];
                 u(r) = problem.rowVelocity(island.rows[first + at(r)], block) + problem.terms[first + at(r)].bias;
             }
-            u.x() += lift_[k];
+            u.x() += deSaxce_[k];
             const S mu = problem.friction[k];
             speed = std::max(speed, scale * (p - projectOnCone<S>(p - u / scale, mu)).norm());
             continue;
         }
         for (std::size_t i = first; i < first + at(block.count); ++i) {
             const RowTerms<S>& t = problem.terms[i];
-            if (t.mobility <= S(0)) {
+            if (t.delassus <= S(0)) {
                 continue;
             }
             const S p = problem.p[i];
             const S u = problem.rowVelocity(island.rows[i], block) + t.bias + t.softness * p;
-            const S scale = t.mobility + t.softness;
+            const S scale = t.delassus + t.softness;
             speed = std::max(speed, scale * std::abs(p - std::clamp(p - u / scale, t.lo, t.hi)));
         }
     }
@@ -476,14 +476,14 @@ void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
     delta_.resize(problem.terms.size());
     for (std::size_t i = 0; i < problem.terms.size(); ++i) {
         delta_[i] = std::min(reg, static_cast<S>(jointRegularisation)) *
-                    std::max(problem.terms[i].mobility, Eigen::NumTraits<S>::epsilon());
+                    std::max(problem.terms[i].delassus, Eigen::NumTraits<S>::epsilon());
     }
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         if (isCone(island, k)) {
             // One regularisation for the three rows, so that the nearest point of the cone is the plain projection.
             const std::size_t i = at(island.blocks[k].first);
-            delta_[i] = reg * std::max({problem.terms[i].mobility, problem.terms[i + 1].mobility,
-                                        problem.terms[i + 2].mobility});
+            delta_[i] = reg * std::max({problem.terms[i].delassus, problem.terms[i + 1].delassus,
+                                        problem.terms[i + 2].delassus});
             delta_[i + 1] = delta_[i];
             delta_[i + 2] = delta_[i];
         }
@@ -491,12 +491,12 @@ void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
 }
 
 template <class S>
-void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before) {
+void ContactNewton<S>::startDeSaxce(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before) {
     constexpr S touching = S(1e-4);  // m
     constexpr S steep = S(2);        // of friction
-    lift_.assign(island.blocks.size(), S(0));
-    liftError_.assign(island.blocks.size(), S(0));
-    liftGain_ = S(1);
+    deSaxce_.assign(island.blocks.size(), S(0));
+    deSaxceError_.assign(island.blocks.size(), S(0));
+    deSaxceGain_ = S(1);
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
         const RowBlock<S>& block = island.blocks[k];
         const std::size_t i = at(block.first);
@@ -507,23 +507,23 @@ void ContactNewton<S>::startLift(const Island<S>& island, const std::vector<Vec6
             };
             const S mu = problem.friction[k];
             S sliding = planeLength(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
-            // A lift too high by d lets a steep cone carry nothing, and corrections leave mu^2 / (1 + mu^2) of d: there
-            // what friction takes off the sliding is reckoned beforehand, from the load or else the approach.
-            if (before && mu > steep && problem.terms[i].mobility > S(0)) {
+            // A correction too high by d lets a steep cone carry nothing, and corrections leave mu^2 / (1 + mu^2) of d:
+            // there what friction takes off the sliding is reckoned beforehand, from the load or else the approach.
+            if (before && mu > steep && problem.terms[i].delassus > S(0)) {
                 const S approach =
                     rowDot(island.rows[i], block, [&](int b) -> const Vec6<S>& { return vStar[at(b)]; }) +
                     problem.terms[i].bias;
-                const S load = std::max(problem.p[i], -approach / problem.terms[i].mobility);
-                const S across = std::max(problem.terms[i + 1].mobility, problem.terms[i + 2].mobility);
+                const S load = std::max(problem.p[i], -approach / problem.terms[i].delassus);
+                const S across = std::max(problem.terms[i + 1].delassus, problem.terms[i + 2].delassus);
                 sliding = std::max(S(0), sliding - mu * across * std::max(S(0), load));
             }
-            lift_[k] = mu * sliding;
+            deSaxce_[k] = mu * sliding;
         }
     }
 }
 
 template <class S>
-double ContactNewton<S>::updateLift(const Island<S>& island) {
+double ContactNewton<S>::updateDeSaxce(const Island<S>& island) {
     S worst = 0;
     S along = 0;
     S before = 0;
@@ -531,24 +531,25 @@ double ContactNewton<S>::updateLift(const Island<S>& island) {
         const RowBlock<S>& block = island.blocks[k];
         const std::size_t i = at(block.first);
         S error = 0;
-        // A lift that is too high keeps its contact open: it must come down where nothing is carried, too.
-        if (isCone(island, k) && (problem.p[i] > S(0) || lift_[k] > S(0))) {
+        // A correction that is too high keeps its contact open: it must come down where nothing is carried, too.
+        if (isCone(island, k) && (problem.p[i] > S(0) || deSaxce_[k] > S(0))) {
             error = problem.friction[k] * planeLength(problem.rowVelocity(island.rows[i + 1], block),
                                                       problem.rowVelocity(island.rows[i + 2], block)) -
-                    lift_[k];
+                    deSaxce_[k];
         }
-        along += error * liftError_[k];
-        before += liftError_[k] * liftError_[k];
-        liftError_[k] = error;
+        along += error * deSaxceError_[k];
+        before += deSaxceError_[k] * deSaxceError_[k];
+        deSaxceError_[k] = error;
         worst = std::max(worst, std::abs(error));
     }
-    // A lift answers its own change with a share of it; what the last step left of the error tells the share (Aitken).
+    // A correction answers its own change with a share of it; what the last step left of the error tells the share
+    // (Aitken).
     if (before > S(0)) {
         const S left = std::clamp(along / before, S(-1), S(0.8));
-        liftGain_ = std::clamp(liftGain_ / (S(1) - left), S(0.3), S(4));
+        deSaxceGain_ = std::clamp(deSaxceGain_ / (S(1) - left), S(0.3), S(4));
     }
-    for (std::size_t k = 0; k < lift_.size(); ++k) {
-        lift_[k] = std::max(S(0), lift_[k] + liftGain_ * liftError_[k]);
+    for (std::size_t k = 0; k < deSaxce_.size(); ++k) {
+        deSaxce_[k] = std::max(S(0), deSaxce_[k] + deSaxceGain_ * deSaxceError_[k]);
     }
     return static_cast<double>(worst);
 }
@@ -561,7 +562,7 @@ S ContactNewton<S>::evaluate(const Island<S>& island, std::vector<S>& impulse, s
         u_[i] += problem.terms[i].bias;
     }
     for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        u_[at(island.blocks[k].first)] += lift_[k];
+        u_[at(island.blocks[k].first)] += deSaxce_[k];
     }
     respond(island, u_, impulse);
     return gradient(island, impulse, g);
@@ -575,8 +576,8 @@ S ContactNewton<S>::merit(const Island<S>& island, const std::vector<S>& impulse
         value += S(0.5) * moved.dot(island.bodies[at(body)].applyMass(moved));
     }
     for (std::size_t i = 0; i < impulse.size(); ++i) {
-        const S cut = y_[i] - impulse[i];
-        value += S(0.5) * (delta_[i] + problem.terms[i].softness) * (y_[i] * y_[i] - cut * cut);
+        const S excess = y_[i] - impulse[i];
+        value += S(0.5) * (delta_[i] + problem.terms[i].softness) * (y_[i] * y_[i] - excess * excess);
     }
     return value;
 }
@@ -594,7 +595,7 @@ void ContactNewton<S>::guess(const Island<S>& island, Start start, NewtonReport&
     }
     momentumVelocity(island);
     if (start == Start::ConjugateSweeps) {
-        startLift(island, problem.v, false);
+        startDeSaxce(island, problem.v, false);
     }
     centre_ = problem.p;
     evaluate(island, impulse, g);
@@ -639,7 +640,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
     for (const SolverBody<S>& body : island.bodies) {
         before.push_back(body.vBefore);
     }
-    startLift(island, before, true);
+    startDeSaxce(island, before, true);
     momentumVelocity(island);
     report.residual = residual(island);
     if (report.residual <= options.tolerance) {
@@ -649,17 +650,17 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
     S reg = static_cast<S>(options.regularisation);
     regularise(island, reg);
     // Equalities alone have no active set to guess, and sweeps would leave the load of redundant rows on the first of
-    // them instead of sharing it (minimum norm, seed 4.4).
+    // them instead of sharing it (minimum norm, theory 5.7).
     const bool contacts = static_cast<std::size_t>(island.jointBlocks) < island.blocks.size();
     const bool cold = contacts && !options.goesOn && report.residual > nearAnswer;
     guess(island, options.heap ? Start::ConjugateSweeps : cold ? Start::Sweeps : Start::Given, report);
 
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
-    std::vector<S> settled;  // impulses of the last lift that was solved
+    std::vector<S> settled;  // impulses of the last correction that was solved
     double residualBefore = std::numeric_limits<double>::infinity();
-    int lifts = 0;
-    while (report.rounds < options.maxRounds) {
+    int deSaxceUpdates = 0;
+    while (report.iterations < options.maxIterations) {
         if (evaluate(island, impulse, g) <= static_cast<S>(options.tolerance)) {
             // This centre's problem is solved: has the bias of the regularisation gone, and does sliding still dilate?
             problem.p = impulse;
@@ -668,18 +669,18 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
             report.residual = residual(island);
             if (report.residual <= options.tolerance) {
                 report.converged = true;
-                if (lifts >= options.mostLifts || updateLift(island) <= options.liftTolerance) {
+                if (deSaxceUpdates >= options.maxDeSaxceUpdates || updateDeSaxce(island) <= options.deSaxceTolerance) {
                     return report;
                 }
                 settled = problem.p;
-                ++lifts;
+                ++deSaxceUpdates;
                 residualBefore = std::numeric_limits<double>::infinity();
             } else {
-                // A slow mode (a heavy load on a light body) asks for a stiffer grip.
+                // A slow mode (a heavy load on a light body) asks for a stiffer regularisation.
                 // Rows that contradict each other (a body wedged between walls) stall too, near tolerance: that is
                 // their answer.
                 if (report.residual > slowDecrease * residualBefore) {
-                    if (report.residual <= options.stalled || reg <= static_cast<S>(options.leastRegularisation)) {
+                    if (report.residual <= options.stalled || reg <= static_cast<S>(options.minRegularisation)) {
                         report.converged = true;
                         return report;
                     }
@@ -699,7 +700,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
         lineSearch(island, u_, g);
     }
     if (report.converged) {
-        // The rounds ran out on a later lift: the last one that was solved stands.
+        // The iterations ran out on a later correction: the last one that was solved stands.
         problem.p = settled;
         momentumVelocity(island);
         return report;
@@ -711,7 +712,7 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
 }
 
 template <class S>
-double ContactNewton<S>::polish(const Island<S>& island, int sweeps) {
+double ContactNewton<S>::runFallbackSweeps(const Island<S>& island, int sweeps) {
     std::vector<S> best = problem.p;
     double lowest = residual(island);
     for (const std::vector<S>& start : {best, start_}) {

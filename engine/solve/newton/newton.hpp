@@ -7,9 +7,9 @@
 // where P clamps a row to its bounds, and the three rows of a contact to the true friction cone |p_t| <= mu p_n. v
 // minimises the convex function
 //     f(v) = 1/2 |v - v*|^2_M + sum of the Moreau envelopes of the rows,   grad f = M (v - v*) - J^T p,
-// whose Hessian is H = M + J^T W J (the seed's 7.4 and 7.37 for the whole island at once; Drake's SAP and MuJoCo's
-// Newton solve problems of this kind). Newton with an exact line search: f falls every round, so that no active set can
-// blow up. Around it:
+// whose Hessian is H = M + J^T W J (theory 8.4; Drake's SAP and MuJoCo's
+// Newton solve problems of this kind). Newton with an exact line search: f falls every iteration, so that no active set
+// can blow up. Around it:
 //   - the centre moves to the present p until the bias of d has vanished (augmented Lagrangian);
 //   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's
 //   term,
@@ -22,19 +22,19 @@
 namespace cairn {
 
 struct NewtonOptions {
-    double regularisation = 0;       // of A_ii, to begin with
-    double leastRegularisation = 0;  // of A_ii, where mass ratios ask for less
-    double tolerance = 0;            // m/s
-    double liftTolerance = 0;        // m/s
-    double stalled = 0;              // m/s, residual that is accepted where the rows contradict each other
-    int maxRounds = 0;
-    int mostLifts = 8;    // corrections of the lift; what is left after them shows as hovering
-    bool heap = false;    // starts from sweeps with conjugate directions, and takes the lift from them
+    double regularisation = 0;     // of A_ii, to begin with
+    double minRegularisation = 0;  // of A_ii, where mass ratios ask for less
+    double tolerance = 0;          // m/s
+    double deSaxceTolerance = 0;   // m/s
+    double stalled = 0;            // m/s, residual that is accepted where the rows contradict each other
+    int maxIterations = 0;
+    int maxDeSaxceUpdates = 8;  // updates of De Saxce's correction; what is left after them shows as hovering
+    bool heap = false;    // starts from sweeps with conjugate directions, and takes De Saxce's correction from them
     bool goesOn = false;  // the terms differ little from those of the last solve(): its answer is guess enough
 };
 
 struct NewtonReport {
-    int rounds = 0;  // linear solves
+    int iterations = 0;  // linear solves
     int factorisations = 0;
     int products = 0;  // by H, of conjugate gradients
     bool converged = false;
@@ -57,7 +57,7 @@ public:
     NewtonReport solve(const Island<S>& island, const NewtonOptions& options);
     // Where solve() has not converged: sweeps of Gauss-Seidel from its answer and from the start values it was given;
     // keeps whichever answer has the lowest residual, and returns that.
-    double polish(const Island<S>& island, int sweeps);
+    double runFallbackSweeps(const Island<S>& island, int sweeps);
     // The terms have changed by more than their bias: the next solve() factors anew.
     void forget() { factored_ = false; }
     // Of the worst rows.
@@ -84,11 +84,12 @@ private:
         }
     }
     void regularise(const Island<S>& island, S reg);
-    // De Saxce's lift of what slides at the twists `v`: of the solve, or of before, which friction has still to brake.
-    void startLift(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before);
-    double updateLift(const Island<S>& island);
+    // De Saxce's correction of what slides at the twists `v`: of the solve, or of before, which friction has still to
+    // brake.
+    void startDeSaxce(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before);
+    double updateDeSaxce(const Island<S>& island);
     S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
-    bool stillHolds(const Island<S>& island) const;
+    bool factorHolds(const Island<S>& island) const;
     void momentumVelocity(const Island<S>& island);
     void rowVelocities(const Island<S>& island, const std::vector<Vec6<S>>& twist, std::vector<S>& out) const;
     void respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse);
@@ -110,9 +111,9 @@ private:
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
     static constexpr double slowDecrease =
-        0.25;                                  // of the residual from centre to centre, above which the grip tightens
-    static constexpr double stepShare = 1e-3;  // of the gradient that conjugate gradients may leave of a round
-    static constexpr int mostProducts = 1000;  // of a round
+        0.25;  // of the residual from centre to centre, above which the regularisation tightens
+    static constexpr double stepShare = 1e-3;  // of the gradient that conjugate gradients may leave of an iteration
+    static constexpr int maxProducts = 1000;   // of an iteration
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
     std::vector<int> node_;  // of each body; -1: fixed
@@ -124,18 +125,18 @@ private:
     double productWork_ = 0;
     std::vector<Vec6<S>> wide_;  // scratch of product(), all bodies
 
-    std::vector<S> delta_;      // regularisation of each row
-    std::vector<S> centre_;     // pc
-    std::vector<S> start_;      // impulses that the last solve() was given
-    std::vector<S> lift_;       // of each block, m/s: De Saxce's mu |u_t|
-    std::vector<S> liftError_;  // mu |u_t| - lift, m/s
-    S liftGain_ = 1;
+    std::vector<S> delta_;         // regularisation of each row
+    std::vector<S> centre_;        // pc
+    std::vector<S> start_;         // impulses that the last solve() was given
+    std::vector<S> deSaxce_;       // of each block, m/s: De Saxce's mu |u_t|
+    std::vector<S> deSaxceError_;  // mu |u_t| - correction, m/s
+    S deSaxceGain_ = 1;
     std::vector<Mat3<S>> coneWeight_;  // of each block, as factored
     std::vector<S> weight_;            // of each row, as factored
     bool factored_ = false;
-    // Where the factor was made: while the bodies stay within stillMotion (m and quaternion) of there and the weights
-    // within sameWeight, it serves on; the line search and the residual judge its steps as any others.
-    static constexpr double stillMotion = 1e-5;
+    // Where the factor was made: while the bodies stay within reusableMotion (m and quaternion) of there and the
+    // weights within sameWeight, it serves on; the line search and the residual judge its steps as any others.
+    static constexpr double reusableMotion = 1e-5;
     static constexpr double sameWeight = 1e-5;
     std::vector<Pose<S>> factoredPoses_;
     std::vector<std::array<int, 3>> factoredBlocks_;

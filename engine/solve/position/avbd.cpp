@@ -1,15 +1,15 @@
-// Augmented vertex block descent (seed 7, 7.1; Giles 2025): a round over the bodies, there and back
-// (body_descent.hpp), then
-//     lambda <- P(lambda + rho C)   (7.10),
+// Augmented vertex block descent (theory section 7.3; Giles 2025): an iteration over the bodies, there and back
+// (block_coordinate_descent.hpp), then
+//     lambda <- P(lambda - rho C)   (theory 7.11),
 // so that hard rows need no stiffness to be hard. The penalty is the mass on the row's load path over h^2: neither
-// units nor masses need tuning (facts/solvers 5.3). lambda starts from the last step's, the velocities from what the
-// bodies did in it: from free fall instead, with lambda on top, the first rounds throw them about. Geometric stiffness
-// with lambda + rho C (erratum 12), friction as a disc. Errors found at the start are left to post-stabilisation, which
-// moves the bodies after their velocities are known (5.4). Momentum is kept only as far as the rounds have converged
-// (7.3.2). Cost: as vbd. Use it for heavy things on light ones where `direct` is too dear, and for soft things with
-// hard joints.
+// units nor masses need tuning (theory 7.21). lambda starts from the last step's, the velocities from what the
+// bodies did in it: from free fall instead, with lambda on top, the first iterations throw them about. Geometric
+// stiffness with lambda - rho C (theory erratum 12), friction as a disc. Errors found at the start are left to
+// post-stabilisation, which moves the bodies after their velocities are known (theory section 6.5). Momentum is kept
+// only as far as the iterations have converged (theory section 7.2). Cost: as vbd. Use it for heavy things on light
+// ones where `direct` is too dear, and for soft things with hard joints.
 #include "engine/solve/impacts.hpp"
-#include "engine/solve/position/body_descent.hpp"
+#include "engine/solve/position/block_coordinate_descent.hpp"
 #include "engine/solve/solver.hpp"
 
 namespace cairn {
@@ -34,14 +34,14 @@ public:
         }
         const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
         // Without post-stabilisation lambda also holds what pushed the error out, and to start from all of it while all
-        // of the error is pushed out diverges (facts/solvers 5.4, finding b). Giles' rule: a share alpha of the error
+        // of the error is pushed out diverges (theory section 9.5, finding b). Giles' rule: a share alpha of the error
         // is left, and alpha gamma of lambda kept.
         constexpr double alpha = 0.95;
         constexpr double gamma = 0.99;
         const bool regular = !def.postStabilise && def.warmStart > 0;
-        BodyDescent<S> descent(island, problem, h, def.postStabilise ? S(0) : pushOut, true, LoadRule::Carried,
-                               static_cast<S>(def.penalty > 0 ? def.penalty : 2),
-                               static_cast<S>(regular ? 1 - alpha : 1));
+        BlockCoordinateDescent<S> descent(island, problem, h, def.postStabilise ? S(0) : pushOut, true,
+                                          LoadRule::Carried, static_cast<S>(def.penalty > 0 ? def.penalty : 2),
+                                          static_cast<S>(regular ? 1 - alpha : 1));
         const S warm = static_cast<S>(def.warmStart * (regular ? alpha * gamma : 1));
         for (std::size_t i = 0; i < problem.p.size(); ++i) {
             problem.p[i] = std::clamp(island.rows[i].lambda * h * warm, problem.terms[i].lo, problem.terms[i].hi);
@@ -52,7 +52,7 @@ public:
             descent.descend();
             descent.moveCentres();
         }
-        descent.moved().restore();
+        descent.nonlinearRows().restore();
         island.storeLambda(h);
         island.integrate(h);
         SolveReport report;

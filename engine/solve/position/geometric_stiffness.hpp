@@ -1,7 +1,7 @@
 #pragma once
-// Geometric stiffness as mass: M <- M + h^2 D, D = sum of lambda d^2 C (seed 7.20, 7.21; with lambda itself, as
-// errata 12 says, or it would vanish just where it matters). A force f at the end of an arm r that turns with its body
-// adds to the body's rotation, in exponential coordinates (errata 13),
+// Geometric stiffness as mass: M <- M + h^2 D, D = sum of lambda d^2 C (theory 7.16; with lambda itself, or it would
+// vanish just where it matters: theory erratum 12). A force f at the end of an arm r that turns with its body adds to
+// the body's rotation, in exponential coordinates (theory 7.13),
 //     K = (f . r) I - (f r^T + r f^T) / 2
 // for f pulling outwards. Taken as the sums of its columns' absolute values on the diagonal, so that M stays positive
 // definite (Andrews 2017). What it costs is exactness: angular momentum of the damped body is given to the constraint's

@@ -1,18 +1,17 @@
-// Non-linear Gauss-Seidel = position based dynamics (seed 4.8, 4.13):
+// Non-linear Gauss-Seidel = position based dynamics (theory sections 6.1, 6.2):
 //     p_i <- clamp(p_i - xi e_i / (A_ii + s_i)),   e_i = C_i(x(v)) / h for hard rows,
 // with C, and unless asked otherwise J and A, taken anew at every visit. Velocities are (x - x_0) / h by construction.
-// Errors found at the start of a sub-step are left to post-stabilisation (moved_rows.hpp), so that p is the force alone
-// and may start the next sub-step; without postStabilise the step corrects them itself, as the first PBD did, and no
-// warm start is taken, since both together diverge (facts/solvers 5.4, finding b).
-// SolverDef::stiffness k is PBD's, made independent of the iterations n (erratum 7): xi = 1 - (1 - k)^(1/n).
-// Cost: a visit of a row is two to four times that of gauss_seidel, for the poses. Many short sub-steps of one sweep
-// beat few long ones of many (5.4, finding a).
-// A heavy load on a light body is beyond it: a visit of the row under the light one takes up 1 / (1 + R) of what is
-// missing, so that at 1000 : 1 the load sinks for some seconds and then falls. No order of the rows helps (5.2); the
-// step report says that it sinks. Use it for ropes, cloth and fast-turning joints.
+// Errors found at the start of a sub-step are left to post-stabilisation (nonlinear_rows.hpp), so that p is the force
+// alone and may start the next sub-step; without postStabilise the step corrects them itself, as the first PBD did, and
+// no warm start is taken, since both together diverge (theory section 9.5, finding b). SolverDef::stiffness k is PBD's,
+// made independent of the iterations n (theory 6.4): xi = 1 - (1 - k)^(1/n). Cost: a visit of a row is two to four
+// times that of gauss_seidel, for the poses. Many short sub-steps of one sweep beat few long ones of many (theory
+// section 9.5, finding a). A heavy load on a light body is beyond it: a visit of the row under the light one takes up 1
+// / (1 + R) of what is missing, so that at 1000 : 1 the load sinks for some seconds and then falls. No order of the
+// rows helps (theory section 9.3); the step report says that it sinks. Use it for ropes, cloth and fast-turning joints.
 #include "engine/solve/impacts.hpp"
 #include "engine/solve/position/geometric_stiffness.hpp"
-#include "engine/solve/position/moved_rows.hpp"
+#include "engine/solve/position/nonlinear_rows.hpp"
 #include "engine/solve/solver.hpp"
 
 namespace cairn {
@@ -38,23 +37,23 @@ public:
             problem.v.push_back(body.v);
         }
         const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
-        MovedRows<S> moved(island, problem, h, def.postStabilise ? S(0) : pushOut, def.refreshRows);
+        NonlinearRows<S> nonlinear(island, problem, h, def.postStabilise ? S(0) : pushOut, def.refreshRows);
         const S warm = def.postStabilise ? static_cast<S>(def.warmStart) : S(0);
         for (std::size_t i = 0; i < problem.p.size(); ++i) {
             problem.p[i] = std::clamp(island.rows[i].lambda * h * warm, problem.terms[i].lo, problem.terms[i].hi);
         }
         problem.warmStart(island);
         for (std::size_t i = 0; i < problem.v.size(); ++i) {
-            moved.follow(i);
+            nonlinear.follow(i);
         }
         const S asked = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
         const S kept = static_cast<S>(1 - std::pow(1 - def.stiffness, 1.0 / iterations_));
-        // Over-relaxation with few sweeps a step feeds energy in (facts/solvers 5.4, finding c).
+        // Over-relaxation with few sweeps a step feeds energy in (theory section 9.5, finding c).
         const S relaxation = kept * (iterations_ < 4 ? std::min(asked, S(1)) : asked);
         for (int k = 0; k < iterations_; ++k) {
-            moved.sweep(relaxation, k % 2 == 1);
+            nonlinear.sweep(relaxation, k % 2 == 1);
         }
-        moved.restore();
+        nonlinear.restore();
         island.storeLambda(h);
         island.integrate(h);
         SolveReport report;

@@ -1,11 +1,12 @@
-// Vertex block descent (seed 6.1, 6.2; Chen 2024): implicit forces, body after body (body_descent.hpp). Springs and
-// soft joints are what it is for; a hard row is a spring of penalty * load / h^2, which gives way by load * g h^2 /
-// penalty, and costs the more rounds the stiffer it is. What sticks is such a spring as well: its stretch is kept
-// account of (MovedRows::takeSlipBack), since a penalty on the slip of each sub-step alone is a dashpot, and creeps.
-// Momentum is kept only as far as the rounds have converged (7.3.2). Cost: a visit of a body is one 6x6 solve and all
-// of its rows; each row is visited four times a round.
+// Vertex block descent (theory section 7.1; Chen 2024): implicit forces, body after body
+// (block_coordinate_descent.hpp). Springs and soft joints are what it is for; a hard row is a spring of penalty * load
+// / h^2, which gives way by load * g h^2 / penalty, and costs the more iterations the stiffer it is. What sticks is
+// such a spring as well: its stretch is kept account of (NonlinearRows::takeSlipBack), since a penalty on the slip of
+// each sub-step alone is a dashpot, and creeps. Momentum is kept only as far as the iterations have converged (theory
+// section 7.2). Cost: a visit of a body is one 6x6 solve and all of its rows; each row is visited four times an
+// iteration.
 #include "engine/solve/impacts.hpp"
-#include "engine/solve/position/body_descent.hpp"
+#include "engine/solve/position/block_coordinate_descent.hpp"
 #include "engine/solve/solver.hpp"
 
 namespace cairn {
@@ -28,15 +29,16 @@ public:
         for (const SolverBody<S>& body : island.bodies) {
             problem.v.push_back(body.v);
         }
-        BodyDescent<S> descent(island, problem, h, static_cast<S>(settings_.maxPushOutSpeed), def.geometricStiffness,
-                               LoadRule::Heaviest, static_cast<S>(def.penalty > 0 ? def.penalty : 3));
-        descent.moved().takeSlipBack(S(1));
+        BlockCoordinateDescent<S> descent(island, problem, h, static_cast<S>(settings_.maxPushOutSpeed),
+                                          def.geometricStiffness, LoadRule::Heaviest,
+                                          static_cast<S>(def.penalty > 0 ? def.penalty : 3));
+        descent.nonlinearRows().takeSlipBack(S(1));
         descent.startFromLastStep();
         for (int k = 0; k < iterations_; ++k) {
             descent.descend();
         }
         descent.respond();
-        descent.moved().restore();
+        descent.nonlinearRows().restore();
         const std::vector<S> p = problem.p;
         const std::vector<Vec6<S>> v = problem.v;
         island.integrate(h);
@@ -45,7 +47,7 @@ public:
             island.rows[i].lambda = problem.p[i] / h;
         }
         island.storeLambda(h);
-        descent.moved().storeSlip(p, v);
+        descent.nonlinearRows().storeSlip(p, v);
         SolveReport report;
         report.sweptSolves = 1;
         report.rows = static_cast<int>(island.rows.size());

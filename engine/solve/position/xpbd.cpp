@@ -1,17 +1,17 @@
-// XPBD (seed 6.4, with erratum 8; Macklin 2016, Mueller 2020): non-linear Gauss-Seidel from zero impulses,
+// XPBD (theory section 6.3; Macklin 2016, Mueller 2020): non-linear Gauss-Seidel from zero impulses,
 //     dp_i = -(e_i + s_i p_i) / (A_ii + s_i),   p_i <- clamp(p_i + dp_i),
 // where e and s hold the row's compliance and damping as an implicit spring and damper does: with a = 1 / k and
-// g = a c / h this is the seed's 6.36, (C + g h J v + a lambda) over ((1 + g) A + a / h^2), divided by h (1 + g). Hard
-// rows have a = 0, where XPBD is PBD (6.4.1). After the move a velocity pass: contacts that were pushed apart lose that
-// speed, friction and motors are asked again at the new poses (4.11, second variant).
+// g = a c / h this is theory 6.5, (C + g h J v + a lambda) over ((1 + g) A + a / h^2), divided by h (1 + g). Hard
+// rows have a = 0, where XPBD is PBD (theory section 6.3). After the move a velocity pass: contacts that were pushed
+// apart lose that speed, friction and motors are asked again at the new poses (theory 6.8).
 // No force is carried from step to step, so that it cannot go wrong that way; what is left of an error each sub-step is
 // its accuracy. What friction should have held and one sweep did not is: the slip of each contact that sticks is taken
-// back as a depth is (MovedRows::takeSlipBack), without which towers of five lean and fall. A tower of ten stands
+// back as a depth is (NonlinearRows::takeSlipBack), without which towers of five lean and fall. A tower of ten stands
 // within a centimetre; loads of more than about 100 : 1 are pressed in for want of sweeps, and the step report says so.
 // Cost: as nonlinear_gs. Use it for cloth, ropes and soft bodies in many short sub-steps.
 #include "engine/solve/impacts.hpp"
 #include "engine/solve/position/geometric_stiffness.hpp"
-#include "engine/solve/position/moved_rows.hpp"
+#include "engine/solve/position/nonlinear_rows.hpp"
 #include "engine/solve/solver.hpp"
 
 namespace cairn {
@@ -36,14 +36,14 @@ public:
         for (const SolverBody<S>& body : island.bodies) {
             problem.v.push_back(body.v);
         }
-        MovedRows<S> moved(island, problem, h, static_cast<S>(settings_.maxPushOutSpeed), def.refreshRows);
-        moved.takeSlipBack(static_cast<S>(contactShare));
+        NonlinearRows<S> nonlinear(island, problem, h, static_cast<S>(settings_.maxPushOutSpeed), def.refreshRows);
+        nonlinear.takeSlipBack(static_cast<S>(contactShare));
         const S asked = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
         const S relaxation = iterations_ < 4 ? std::min(asked, S(1)) : asked;
         for (int k = 0; k < iterations_; ++k) {
-            moved.sweep(relaxation, k % 2 == 1);
+            nonlinear.sweep(relaxation, k % 2 == 1);
         }
-        moved.restore();
+        nonlinear.restore();
         const std::vector<S> p = problem.p;
         const std::vector<Vec6<S>> v = problem.v;
         island.integrate(h);
@@ -52,7 +52,7 @@ public:
             island.rows[i].lambda = problem.p[i] / h;
         }
         island.storeLambda(h);
-        moved.storeSlip(p, v);
+        nonlinear.storeSlip(p, v);
         SolveReport report;
         report.sweptSolves = 1;
         report.rows = static_cast<int>(island.rows.size());

@@ -15,15 +15,15 @@ S optimalRelaxation(Island<S>& island, const RowProblem<S>& problem) {
         island.memory.solver = RadiusMemory<S>{};
     }
     auto& memory = *std::any_cast<RadiusMemory<S>>(&island.memory.solver);
-    const int rounds = memory.mode.size() == problem.p.size() ? 1 : 20;
-    const S radius = std::min(S(0.9999), jacobiRadius(island, problem, memory.mode, rounds));
+    const int iterations = memory.mode.size() == problem.p.size() ? 1 : 20;
+    const S radius = std::min(S(0.9999), jacobiRadius(island, problem, memory.mode, iterations));
     return S(2) / (S(1) + std::sqrt(S(1) - radius * radius));
 }
 
 }  // namespace
 
 template <class S>
-S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vector<S>& mode, int rounds) {
+S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vector<S>& mode, int iterations) {
     const std::size_t rows = problem.p.size();
     if (mode.size() != rows) {
         mode.assign(rows, S(0));
@@ -33,16 +33,16 @@ S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vecto
     }
     RowProblem<S> product;
     S radius = 0;
-    for (int round = 0; round < rounds; ++round) {
+    for (int iteration = 0; iteration < iterations; ++iteration) {
         product.v.assign(island.bodies.size(), Vec6<S>::Zero());
         S before = 0;
         for (const RowBlock<S>& block : island.blocks) {
             for (int r = block.first; r < block.first + block.count; ++r) {
                 const std::size_t i = static_cast<std::size_t>(r);
                 const RowTerms<S>& t = problem.terms[i];
-                const bool free = t.mobility > S(0) && problem.p[i] > t.lo && problem.p[i] < t.hi;
+                const bool free = t.delassus > S(0) && problem.p[i] > t.lo && problem.p[i] < t.hi;
                 mode[i] = free ? mode[i] : S(0);
-                before += (t.mobility + t.softness) * mode[i] * mode[i];
+                before += (t.delassus + t.softness) * mode[i] * mode[i];
                 product.push(island, i, block, mode[i]);
             }
         }
@@ -53,7 +53,7 @@ S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vecto
                 const std::size_t i = static_cast<std::size_t>(r);
                 const RowTerms<S>& t = problem.terms[i];
                 if (mode[i] != S(0)) {
-                    const S scale = t.mobility + t.softness;
+                    const S scale = t.delassus + t.softness;
                     mode[i] -= (product.rowVelocity(island.rows[i], block) + t.softness * mode[i]) / scale;
                     after += scale * mode[i] * mode[i];
                 }
@@ -75,7 +75,7 @@ S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vecto
 template <class S>
 void GaussSeidel<S>::iterate(Island<S>& island, RowProblem<S>& problem, int iterations) {
     const SolverDef& def = this->settings_.def;
-    // Over-relaxation with few sweeps a step feeds energy in (facts/solvers 5.4, finding c).
+    // Over-relaxation with few sweeps a step feeds energy in (theory section 9.5, finding c).
     const bool few = iterations < 4;
     S relaxation = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
     if (def.relaxationRule == RelaxationRule::Optimal && !few) {

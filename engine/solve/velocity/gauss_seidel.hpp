@@ -1,10 +1,11 @@
 #pragma once
-// Linear projected Gauss-Seidel on impulses, which is sequential impulses (seed 4.5, 4.12, 5.3):
+// Linear projected Gauss-Seidel on impulses, which is sequential impulses (theory section 5.3):
 //     p_i <- clamp(p_i - xi (J_i v + b_i + s_i p_i) / (A_ii + s_i)),   v <- v + M^-1 J_i^T dp_i,
 // row after row, friction onto the disc of the present normal impulse. The rows are taken once a sub-step.
-// xi (seed 4.9): fixed; optimal, 2 / (1 + sqrt(1 - rho_J^2)) (4.79 corrected) from the measured radius of the Jacobi
-// iteration; or adaptive, raised while the sweeps change less and less and lowered when they do not (4.9.3).
-// Cost: rows x sweeps, linear in everything. Use it for big moving heaps; heavy things on light ones want `direct`.
+// xi (theory section 5.4): fixed; optimal, 2 / (1 + sqrt(1 - rho_J^2)) (theory 5.12) from the measured radius of the
+// Jacobi iteration; or adaptive, raised while the sweeps change less and less and lowered when they do not (theory
+// 5.13). Cost: rows x sweeps, linear in everything. Use it for big moving heaps; heavy things on light ones want
+// `direct`.
 #include "engine/solve/velocity/impulse_solver.hpp"
 
 namespace cairn {
@@ -18,9 +19,9 @@ private:
     void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) override;
 };
 
-// Spectral radius of the Jacobi iteration of `problem` over rows that are in no bound, by `rounds` of power iteration;
-// `mode` is the vector it works on: keep it from step to step and one round is enough.
+// Spectral radius of the Jacobi iteration of `problem` over rows that are in no bound, by `iterations` of power
+// iteration; `mode` is the vector it works on: keep it from step to step and one iteration is enough.
 template <class S>
-S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vector<S>& mode, int rounds);
+S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vector<S>& mode, int iterations);
 
 }  // namespace cairn

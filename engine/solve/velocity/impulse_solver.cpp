@@ -36,7 +36,7 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
 
     const S phase = static_cast<S>(phase_);
     const S stiff = S(2) * static_cast<S>(dampingRatio_) + phase;
-    const S grip = phase * stiff;
+    const S springFactor = phase * stiff;
     const S biasRate = phase / stiff / h;
     const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
     static thread_local std::vector<std::uint8_t> hardRow;
@@ -49,13 +49,13 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
             const Row<S>& row = island.rows[i];
             bool hard = false;
             RowTerms<S>& t = problem.terms[i];
-            t = rowTerms(row, island.responses[i].mobility, h, hard);
+            t = rowTerms(row, island.responses[i].delassus, h, hard);
             hardRow[i] = hard;
             if (hard && row.lo == S(0) && row.C > S(0)) {
                 t.bias = row.C / h;
             } else if (hard) {
                 t.bias = std::clamp(biasRate * row.C, -pushOut, pushOut);
-                t.softness = t.mobility / grip;
+                t.softness = t.delassus / springFactor;
             }
             problem.p[i] = std::clamp(row.lambda * h * static_cast<S>(settings_.def.warmStart), t.lo, t.hi);
         }
@@ -96,7 +96,7 @@ SolveReport ImpulseSolver<S>::advance(Island<S>& island, S h) {
             problem.terms[i].softness = S(0);
             problem.terms[i].bias = row.lo == S(0) ? std::max(S(0), row.C + h * speed[i]) / h : S(0);
             if (row.lo == S(0) && row.C > S(0) && problem.p[i] == S(0)) {
-                problem.terms[i].mobility = S(0);
+                problem.terms[i].delassus = S(0);
             }
         }
     }

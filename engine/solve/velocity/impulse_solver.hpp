@@ -3,7 +3,7 @@
 //     v <- predict;  rows at x, taken once;  v, p <- iterate(with push-out);  x <- x + h v;  v, p <- iterate(without).
 // Errors of hard rows are worked off by a stiff, over-damped spring in the sweeps that move the bodies; sweeps without
 // it follow ("relax"), so that the push-out leaves no speed behind. Full correction with a full warm start diverges
-// (facts/solvers 5.4).
+// (theory section 9.5, finding b).
 #include "engine/solve/solver.hpp"
 #include "engine/solve/velocity/sweep.hpp"
 

@@ -1,4 +1,4 @@
-// Jacobi on impulses (seed 4.6): all blocks at once from the same velocities,
+// Jacobi on impulses (theory section 5.5): all blocks at once from the same velocities,
 //     p_k <- p_k + xi dp_k(v),   v <- v + M^-1 sum of J_k^T dp_k,
 // with masses split among a body's blocks (Tonge 2012), or, without, the plain method, which diverges where a body has
 // several contacts and no xi holds it. Chebyshev's weights (Wang 2015), w_1 = 1, w_2 = 2 / (2 - rho^2),

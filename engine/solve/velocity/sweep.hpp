@@ -10,7 +10,7 @@ namespace cairn {
 template <class S>
 struct Splitting {
     std::vector<S> share;     // of each body: what its mass is divided by
-    std::vector<S> mobility;  // of each row: J M^-1 J^T with the masses so divided
+    std::vector<S> delassus;  // of each row: J M^-1 J^T with the masses so divided
 
     Splitting(const Island<S>& island, bool split) : share(island.bodies.size(), S(0)) {
         for (const RowBlock<S>& block : island.blocks) {
@@ -21,7 +21,7 @@ struct Splitting {
         for (S& count : share) {
             count = split ? std::max(S(1), count) : S(1);
         }
-        mobility.reserve(island.rows.size());
+        delassus.reserve(island.rows.size());
         for (const RowBlock<S>& block : island.blocks) {
             for (int i = block.first; i < block.first + block.count; ++i) {
                 S sum = 0;
@@ -30,7 +30,7 @@ struct Splitting {
                     const Vec6<S> g = bodyGradient(island.rows[static_cast<std::size_t>(i)], block, n);
                     sum += share[body] * g.dot(island.bodies[body].applyInverseMass(g));
                 }
-                mobility.push_back(sum);
+                delassus.push_back(sum);
             }
         }
     }
@@ -57,7 +57,7 @@ struct RowProblem {
         respond(island.responses[row], block, impulse, v);
     }
 
-    // Gauss-Seidel (seed 4.42 with 4.73 and 5.3):
+    // Gauss-Seidel (theory 5.9):
     //     p_i <- clamp(p_i - xi (J_i v + b_i + s_i p_i) / (A_ii + s_i));
     // friction: both tangents from one velocity, then back onto the disc of mu times the present normal impulse.
     // xi: relaxation. Returns sum of (A_ii + s_i) dp_i^2, J: how much the sweep still changed.
@@ -67,14 +67,14 @@ struct RowProblem {
         for (std::size_t k = 0; k < island.blocks.size(); ++k) {
             const RowBlock<S>& block = island.blocks[k];
             change += solveBlock(
-                island, k, relaxation, [&](std::size_t i) { return terms[i].mobility; },
+                island, k, relaxation, [&](std::size_t i) { return terms[i].delassus; },
                 [&](const Row<S>& row) { return rowVelocity(row, block); },
                 [&](std::size_t i, S impulse) { push(island, i, block, impulse); });
         }
         return change;
     }
 
-    // Jacobi (seed 4.43), block by block: every block starts from the same velocities, on copies of its bodies; what
+    // Jacobi (theory 5.14), block by block: every block starts from the same velocities, on copies of its bodies; what
     // they found is applied together at the end. In the copies a body has 1 / share of its mass. Returns as sweep()
     // does.
     S sweepAtOnce(const Island<S>& island, S relaxation, const Splitting<S>& split) {
@@ -104,7 +104,7 @@ struct RowProblem {
             };
             change += solveBlock(
                 island, k, relaxation,
-                [&](std::size_t i) { return terms[i].mobility > S(0) ? split.mobility[i] : S(0); }, velocity, pushCopy);
+                [&](std::size_t i) { return terms[i].delassus > S(0) ? split.delassus[i] : S(0); }, velocity, pushCopy);
         }
         for (std::size_t k = 0; k < island.blocks.size(); ++k) {
             const RowBlock<S>& block = island.blocks[k];
@@ -189,10 +189,10 @@ struct RowProblem {
     }
 
 private:
-    // The rows of one block, in order. `velocity(row)`, `pushRow(i, impulse)` and `mobility(i)` say on which
+    // The rows of one block, in order. `velocity(row)`, `pushRow(i, impulse)` and `delassus(i)` say on which
     // velocities.
-    template <class Mobility, class Velocity, class Push>
-    S solveBlock(const Island<S>& island, std::size_t k, S relaxation, const Mobility& mobility,
+    template <class Delassus, class Velocity, class Push>
+    S solveBlock(const Island<S>& island, std::size_t k, S relaxation, const Delassus& delassus,
                  const Velocity& velocity, const Push& pushRow) {
         const RowBlock<S>& block = island.blocks[k];
         const bool contact = block.kind == BlockKind::Contact;
@@ -201,9 +201,9 @@ private:
         S change = 0;
         for (std::size_t i = first; i < first + bounded; ++i) {
             const RowTerms<S>& t = terms[i];
-            if (mobility(i) > S(0)) {
+            if (delassus(i) > S(0)) {
                 const S error = velocity(island.rows[i]) + t.bias + t.softness * p[i];
-                const S scale = mobility(i) + t.softness;
+                const S scale = delassus(i) + t.softness;
                 const S next = std::clamp(p[i] - relaxation * error / scale, t.lo, t.hi);
                 const S dp = next - p[i];
                 pushRow(i, dp);
@@ -212,22 +212,22 @@ private:
             }
         }
         if (contact && block.count == 3 && friction[k] >= S(0)) {
-            const S most = friction[k] * p[first];
+            const S limit = friction[k] * p[first];
             S wanted[2];
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
                 wanted[t] = p[i];
-                if (mobility(i) > S(0)) {
-                    wanted[t] -= relaxation * velocity(island.rows[i]) / mobility(i);
+                if (delassus(i) > S(0)) {
+                    wanted[t] -= relaxation * velocity(island.rows[i]) / delassus(i);
                 }
             }
             const S length = planeLength(wanted[0], wanted[1]);
-            const S scale = length > most ? most / length : S(1);
+            const S scale = length > limit ? limit / length : S(1);
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
                 const S dp = scale * wanted[t] - p[i];
                 pushRow(i, dp);
-                change += mobility(i) * dp * dp;
+                change += delassus(i) * dp * dp;
                 p[i] += dp;
             }
         }

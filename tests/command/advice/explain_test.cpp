@@ -56,7 +56,7 @@ TEST(Explain, WithoutAFeatureASceneCostsAsOneThatNeverHadIt) {
         bool motors = true;
         bool continuous = true;
         bool sleeping = true;
-        bool stillPairs = true;
+        bool manifoldReuse = true;
         bool accuracy = true;
     };
     const auto make = [](const Has& has) {
@@ -64,7 +64,7 @@ TEST(Explain, WithoutAFeatureASceneCostsAsOneThatNeverHadIt) {
         scene.name = "rooms";
         scene.world.sleep.enabled = has.sleeping;
         scene.world.gyroscopic = has.gyroscopic ? GyroscopicRule::Midpoint : GyroscopicRule::None;
-        scene.world.stillDistance = has.stillPairs ? scene.world.stillDistance : 0;
+        scene.world.manifoldReuseDistance = has.manifoldReuse ? scene.world.manifoldReuseDistance : 0;
         scene.world.accuracy.position = has.accuracy ? 0.001 : 0;
         Material material{.friction = has.friction ? 0.5 : 0, .restitution = has.restitution ? 0.4 : 0};
         material.staticFriction = has.friction && has.staticFriction ? 0.7 : -1;
@@ -72,7 +72,7 @@ TEST(Explain, WithoutAFeatureASceneCostsAsOneThatNeverHadIt) {
             shape.material = material;
             return shape;
         };
-        const Continuous swept = has.continuous ? Continuous::Auto : Continuous::Never;
+        const Continuous rule = has.continuous ? Continuous::Auto : Continuous::Never;
         scene.add(
             {.name = "floor", .type = BodyType::Static, .shapes = {solid(box({20, 1, 20}))}, .position = {0, -1, 0}});
         for (int k = 0; k < 6; ++k) {
@@ -81,10 +81,10 @@ TEST(Explain, WithoutAFeatureASceneCostsAsOneThatNeverHadIt) {
                        .position = {3.0 * (k / 2) - 6, 0.25 + 0.6 * (k % 2), 0},
                        .linearVelocity = {k == 5 ? 30.0 : 0.0, 0, 0},
                        .mass = 1.0 + k,
-                       .continuous = swept});
+                       .continuous = rule});
         }
         const BodyId door = scene.add(
-            {.name = "door", .shapes = {box({0.5, 1, 0.05})}, .position = {5, 4, 5}, .mass = 10, .continuous = swept});
+            {.name = "door", .shapes = {box({0.5, 1, 0.05})}, .position = {5, 4, 5}, .mass = 10, .continuous = rule});
         HingeDef hinge{.a = Scene::bodyAt(0), .b = door, .anchor = {4.5, 4, 5}, .axis = Vec3d::UnitY()};
         if (has.limits) {
             hinge.lower = -0.1;
@@ -106,7 +106,7 @@ TEST(Explain, WithoutAFeatureASceneCostsAsOneThatNeverHadIt) {
                                                                        {"joint motors", &Has::motors},
                                                                        {"continuous collision", &Has::continuous},
                                                                        {"sleeping", &Has::sleeping},
-                                                                       {"still pairs", &Has::stillPairs},
+                                                                       {"manifold reuse", &Has::manifoldReuse},
                                                                        {"accuracy", &Has::accuracy}};
     double changed = 0;
     for (const auto& [feature, member] : features) {
@@ -125,7 +125,7 @@ TEST(Explain, WithoutAFeatureASceneCostsAsOneThatNeverHadIt) {
     EXPECT_GT(find(all, "joint motors").rows, 0.5);
     EXPECT_LT(find(all, "sleeping").rows, 0);
     // In a tower at rest half of the looks are saved, until it sleeps.
-    EXPECT_LT(find(explain(makeScene("tower"), Precision::Double, 0.25, 2), "still pairs").looks, -3);
+    EXPECT_LT(find(explain(makeScene("tower"), Precision::Double, 0.25, 2), "manifold reuse").looks, -3);
 }
 
 TEST(Explain, WhatASceneDoesNotNeedIsOff) {
@@ -138,7 +138,7 @@ TEST(Explain, WhatASceneDoesNotNeedIsOff) {
     }
     // Cubes: moments of inertia are equal.
     EXPECT_EQ(find(all, "gyroscopic term").why, "no body has unequal moments of inertia");
-    EXPECT_TRUE(find(all, "still pairs").on);
+    EXPECT_TRUE(find(all, "manifold reuse").on);
 }
 
 TEST(Explain, WhatASceneNeedsIsOnAndMeasured) {
@@ -172,14 +172,14 @@ TEST(Explain, WhatASceneNeedsIsOnAndMeasured) {
     EXPECT_TRUE(json.at("features").back().at("ms").is_null());
 }
 
-TEST(Repeats, TheLeastCountsAndTheNextTellsTheNoise) {
+TEST(Repeats, TheMinimumCountsAndTheNextTellsTheNoise) {
     Repeats repeats;
     repeats.add(3);
-    EXPECT_EQ(repeats.least(), 3);
+    EXPECT_EQ(repeats.min(), 3);
     EXPECT_EQ(repeats.noise(), 0);
     repeats.add(2);
     repeats.add(7);
-    EXPECT_EQ(repeats.least(), 2);
+    EXPECT_EQ(repeats.min(), 2);
     EXPECT_EQ(repeats.noise(), 1);
 }
 

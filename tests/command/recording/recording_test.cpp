@@ -52,7 +52,7 @@ TEST(Recording, ReplaysForAnyThreadsInFloatAndUnderABudget) {
     expectSame(recorded("pile", {{"n", 30}}, 60, 60, Precision::Float), 2);
     const Recording budget = recorded("pile", {{"n", 40}}, 80, 60, Precision::Double, 2e-4);
     for (const RecordedStep& step : budget.steps) {
-        EXPECT_GE(step.effort, 0);
+        EXPECT_GE(step.qualityLevel, 0);
     }
     expectSame(parseRecording(toText(budget), "file"), 1);
     expectSame(budget, 2);
@@ -200,7 +200,7 @@ TEST(Recording, BadFilesAreRefusedWithTheirPlace) {
     expectRefused(changed("/steps/penetration_m/9", "deep"), "/steps/penetration_m/9", "number");
     expectRefused(changed("/steps/deepest/2", 7), "/steps/deepest/2", "two bodies");
     expectRefused(changed("/steps/deepest/2", {0, 3}), "/steps/deepest/2/1", "whole number");
-    expectRefused(changed("/steps/effort", {1, 2}), "/steps/effort", "list of 10");
+    expectRefused(changed("/steps/quality_level", {1, 2}), "/steps/quality_level", "list of 10");
     expectRefused(changed("/steps/awake", {1, 2}), "/steps/awake", "list of 10");
     expectRefused(changed("/poses/every", 0), "/poses/every", "whole number");
     expectRefused(changed("/poses/frames", 12), "/poses/frames", "make 11");
@@ -215,7 +215,7 @@ TEST(Recording, BadFilesAreRefusedWithTheirPlace) {
     expectRefused(json.dump(), "/steps/flags", "nothing");
     json = good;
     json["scene"]["world"]["accuracy"]["budget"] = 0.001;
-    expectRefused(json.dump(), "/steps/effort", "budget");
+    expectRefused(json.dump(), "/steps/quality_level", "budget");
     EXPECT_EQ(parseRecording(changed("/version", "99.1.0"), "run.json", true).version, "99.1.0");
 }
 

@@ -24,13 +24,13 @@ TEST(BudgetStudyTest, OnlyScenesThatCanKeepABudgetCount) {
     EXPECT_DOUBLE_EQ(study.shareWithin(0.004), 0);
 }
 
-TEST(BudgetStudyTest, RunsTheSceneUnderTheBudgetAndAtTheLowestEffort) {
+TEST(BudgetStudyTest, RunsTheSceneUnderTheBudgetAndAtTheLowestQualityLevel) {
     const Scene scene = makeScene("tower");
     const BudgetRun lowest = runWithin(scene, 0, 0.5);
     const BudgetRun rich = runWithin(scene, 1, 0.5);
     EXPECT_EQ(lowest.seconds.size(), 30u);
-    EXPECT_EQ(lowest.effort, 0);
-    EXPECT_GT(rich.effort, 10);  // 11 in all steps but the first
+    EXPECT_EQ(lowest.qualityLevel, 0);
+    EXPECT_GT(rich.qualityLevel, 10);  // 11 in all steps but the first
     EXPECT_GT(lowest.meanError, 1e-3);
     EXPECT_LT(rich.worstError, 1e-7);
 }

@@ -1,4 +1,4 @@
-// What the solvers conserve (the seed's 5.2, 7.3.2), and what hangs and stands, as the studies measure it.
+// What the solvers conserve (theory sections 3.4, 7.2), and what hangs and stands, as the studies measure it.
 #include "command/studies/studies.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,8 @@ Defect defectOf(const std::string& solver, const FreeScene& scene, int iteration
     return stepDefect(scene, {.name = solver, .substeps = 1, .iterations = iterations});
 }
 
-// Solvers over rows push both bodies of a row by the same impulse; vbd and avbd put the whole right after each round.
+// Solvers over rows push both bodies of a row by the same impulse; vbd and avbd put the whole right after each
+// iteration.
 TEST(ConservationTest, LinearMomentumIsKeptAtEveryIteration) {
     for (const SolverInfo& info : solverList()) {
         for (const FreeScene& scene : momentumScenes()) {
@@ -31,7 +32,7 @@ TEST(ConservationTest, LinearMomentumIsKeptAtEveryIteration) {
     }
 }
 
-// A round over bodies by itself keeps momentum only as far as it has converged (the seed's 7.3.2).
+// An iteration over bodies by itself keeps momentum only as far as it has converged (theory section 7.2).
 TEST(ConservationTest, BodiesAloneKeepMomentumAsFarAsTheyConverge) {
     const std::vector<double> masses(10, 1);
     const std::vector<double> penalty(9, 2);
@@ -91,7 +92,7 @@ TEST(HangingChainTest, NothingDivergesByDefault) {
 // Whatever sub-steps and iterations a user asks for: a chain that flies apart or gains energy says so.
 class DivergingChains : public testing::TestWithParam<SolverInfo> {};
 TEST_P(DivergingChains, RaiseAFlag) {
-    // Where one Newton round a sub-step is all that `direct` gets, it halves each sub-step five times.
+    // Where one Newton iteration a sub-step is all that `direct` gets, it halves each sub-step five times.
     const std::string solver = GetParam().name;
     for (const ChainEntry& e : chainStudy(false, {}, solver, solver == "direct" ? 0.1 : 0).entries) {
         EXPECT_TRUE(e.diverged.empty() || e.warned())

@@ -1,5 +1,5 @@
-// The engine's solvers on the chain of the seed's section 8, against counts found by an independent program
-// (facts/solvers 5.1 to 5.3) and closed forms.
+// The engine's solvers on the straight chain of theory sections 9.2 to 9.4, against counts found by an independent
+// program and closed forms.
 #include "command/studies/straight_chain.hpp"
 #include "command/studies/studies.hpp"
 
@@ -18,7 +18,7 @@ Levels above(const Counts& counts) {
     return {counts[1], counts[2], counts[3]};
 }
 
-TEST(StraightChainTest, AIsTheSeeds) {
+TEST(StraightChainTest, AIsThatOfTheTheory) {
     const std::vector<double> masses = {7, 1, 2, 1, 5};
     const StraightChain chain(masses);
     Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(4, 4);
@@ -209,7 +209,7 @@ TEST(ConvergenceTest, AvbdByRatio) {
     }
 }
 
-// Erratum 17: a sweep over bodies alone leaves the chain's own translation to the masses, and is the slower the
+// Theory erratum 17: a sweep over bodies alone leaves the chain's own translation to the masses, and is the slower the
 // stiffer.
 TEST(ConvergenceTest, BodySweepAlone) {
     const std::vector<std::pair<double, double>> expected = {{1, 1.16}, {10, 9.31}, {100, 90.3}, {1000, 900}};

@@ -31,8 +31,8 @@ TEST(ExtremeStudyTest, TheDefaultSolverNeverFailsSilently) {
     }
 }
 
-// Cells that once failed, and what mended them: friction so steep that the cone's lift carried nothing; a spin of many
-// turns a step; moments whose determinant is beyond float.
+// Cells that once failed, and what mended them: friction so steep that De Saxce's correction carried nothing; a spin of
+// many turns a step; moments whose determinant is beyond float.
 TEST(ExtremeStudyTest, FarOutHolds) {
     for (const auto& [axis, value] : {std::pair<std::string, double>{"friction", 30},
                                       {"friction", 1e3},
@@ -80,7 +80,7 @@ TEST(ExtremeStudyTest, JudgesByPoses) {
         ExtremeScene s;
         s.scene.seconds = 1;
         s.scene.add({.name = "ball", .shapes = {sphere(0.5)}});
-        s.least.y() = -1;
+        s.min.y() = -1;
         return s;
     });
     const ExtremeAxis missed = axis([](double) {

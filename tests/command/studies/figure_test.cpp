@@ -70,7 +70,7 @@ TEST(FigureTest, LogarithmicAxesAreEvenInDecades) {
 TEST(FigureTest, WhatIsBeyondTheAxisIsAtItsEdge) {
     const double infinite = std::numeric_limits<double>::infinity();
     const auto points =
-        firstLine(svg(figureOf({.least = 0, .most = 6}, {.logarithmic = true, .least = 1e-3, .most = 1},
+        firstLine(svg(figureOf({.min = 0, .max = 6}, {.logarithmic = true, .min = 1e-3, .max = 1},
                                {{0, 1e-3}, {1, 1}, {2, 0}, {3, -1}, {4, 5}, {5, infinite}, {6, std::nan("")}})));
     // The line ends where the figures are lost.
     ASSERT_GE(points.size(), 3u);

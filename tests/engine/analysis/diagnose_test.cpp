@@ -106,8 +106,8 @@ TEST(Forecast, SweepsOfTwoHundredScenes) {
     expectBelow("nncg, beyond a factor of two", trials - within[2], 7);
 }
 
-// Ten equal bodies in a row: the square of the Jacobi radius, cos^2(pi / 10) (8.11).
-TEST(Forecast, RadiusOfTheSeedsChain) {
+// Ten equal bodies in a row: the square of the Jacobi radius, cos^2(pi / 10) (theory 9.8).
+TEST(Forecast, RadiusOfTheStraightChain) {
     Worldd world({.gravity = {1, 0, 0}});
     BodyId before;
     for (int i = 0; i < 10; ++i) {

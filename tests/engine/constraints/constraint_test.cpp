@@ -1,4 +1,4 @@
-// The seed's constraints against their closed forms: point to point in both forms, axis alignment, motors, springs,
+// Constraints against their closed forms: point to point in both forms, axis alignment, motors, springs,
 // static and dynamic friction.
 #include "engine/islands/island.hpp"
 #include "tests/engine/engine_kit.hpp"
@@ -6,7 +6,7 @@
 namespace cairn {
 namespace {
 
-// Two free bodies and one visit of one block, at the poses as they are: the seed's 5.13 in miniature.
+// Two free bodies and one visit of one block, at the poses as they are: theory 5.9 in miniature.
 struct Pair {
     Island<double> island;
     RowBlock<double> block;
@@ -72,8 +72,8 @@ struct Pair {
     }
 };
 
-// Section 5.2: what one iteration conserves, converged or not. The scalar form and our ball always; the vector form
-// with each body pushed at its own point only when it leaves no gap.
+// Theory section 3.4: what one iteration conserves, converged or not. The scalar form and our ball always; the vector
+// form with each body pushed at its own point only when it leaves no gap.
 TEST(PointToPoint, WhatAnIterationConserves) {
     TestRandom random(7);
     for (int trial = 0; trial < 20; ++trial) {
@@ -101,7 +101,7 @@ TEST(PointToPoint, WhatAnIterationConserves) {
                 row.C = gap(k);
             }
             pair.solve(printed, share);
-            // 5.16: what the angular momentum loses is the gap times the push.
+            // Theory 3.10: what the angular momentum loses is the gap times the push.
             const Vec3d push = pair.island.bodies[1].mass * pair.island.bodies[1].v.head<3>();
             EXPECT_LE((Pair::angularMomentum(pair.island) - gap.cross(push)).norm(), 1e-14);
             EXPECT_GT(gap.cross(push).norm(), 1e-4) << "it is not parallel to the gap";
@@ -130,7 +130,7 @@ TEST(PointToPoint, BothFormsConverge) {
     }
 }
 
-// Erratum 1: the iteration that turns the axes together converges; with the printed sign it turns them apart.
+// Theory erratum 1: the iteration that turns the axes together converges; with the printed sign it turns them apart.
 TEST(AxisAlignment, ConvergesWithTheCorrectedSign) {
     TestRandom random(4);
     for (const double start : {0.5, 2.203, 3.0}) {
@@ -151,7 +151,7 @@ TEST(AxisAlignment, ConvergesWithTheCorrectedSign) {
             for (int k = 0; k < 6; ++k) {
                 const std::vector<Row<double>> rows = pair.rowsOf(AxisAlignmentDef{}, frames);
                 ASSERT_EQ(rows.size(), 2U);
-                EXPECT_NEAR(std::hypot(rows[0].C, rows[1].C), angle(), 1e-12) << "its length is the seed's angle";
+                EXPECT_NEAR(std::hypot(rows[0].C, rows[1].C), angle(), 1e-12) << "its length is their angle";
                 pair.solve(rows, sign);
                 pair.move();
                 worst = std::max(worst, angle());
@@ -318,7 +318,7 @@ TEST(Friction, SlidesByTheDynamicAndStaysByTheStaticCoefficient) {
             const double brake = standardGravity * (std::sin(angle) + dynamic * std::cos(angle));
             const std::string what = solver.name + ", slope " + std::to_string(slope);
             const double stop = position(world, block).x();
-            expectClose(what + ", way, m", stop, 9 / (2 * brake), 0.01);
+            expectClose(what + ", displacement, m", stop, 9 / (2 * brake), 0.01);
             run(world, 2, dt);
             expectBelow(what + ", creep in 2 s, m", position(world, block).x() - stop,
                         solver.name == "vbd"    ? 2.4e-3

@@ -217,21 +217,22 @@ TEST(Joints, RopeIsSlackUntilItIsTaut) {
     });
 }
 
-// A chain of links of 1 m and 1 kg along `way`; the last is `ratio` times as heavy.
+// A chain of links of 1 m and 1 kg along `direction`; the last is `ratio` times as heavy.
 struct Chain {
     Worldd world;
     std::vector<BodyId> links;
 
-    Chain(const SolverDef& solver, int count, double ratio, const Vec3d& way, const Vec3d& gravity = {0, -9.81, 0})
+    Chain(const SolverDef& solver, int count, double ratio, const Vec3d& direction,
+          const Vec3d& gravity = {0, -9.81, 0})
         : world({.gravity = gravity, .solver = solver, .sleep = {.enabled = false}}) {
         BodyId last = addHook(world);
         for (int i = 0; i < count; ++i) {
             links.push_back(world.add({.shapes = {capsule(0.1, 0.4)},
-                                       .position = (i + 0.5) * way,
-                                       .rotation = Quatd::FromTwoVectors(Vec3d::UnitY(), way),
+                                       .position = (i + 0.5) * direction,
+                                       .rotation = Quatd::FromTwoVectors(Vec3d::UnitY(), direction),
                                        .mass = i + 1 == count ? ratio : 1,
                                        .filter = {.group = -1}}));
-            world.add(BallDef{.a = last, .b = links.back(), .anchor = i * way});
+            world.add(BallDef{.a = last, .b = links.back(), .anchor = i * direction});
             last = links.back();
         }
     }
@@ -240,9 +241,9 @@ struct Chain {
 
 // What is measured while a chain of 20 swings from horizontal for 5 s.
 struct Swing {
-    double gap = 0;     // m, worst
-    double gained = 0;  // of the load's fall, energy from nothing
-    double rounds = 0;  // a step
+    double gap = 0;         // m, worst
+    double gained = 0;      // of the load's fall, energy from nothing
+    double iterations = 0;  // a step
     std::uint32_t flags = 0;
 };
 
@@ -254,7 +255,7 @@ Swing swing(double ratio) {
         const StepReport& report = chain.world.step(1.0 / 60);
         all.gap = std::max(all.gap, report.error.maxJointGap);
         all.gained += report.error.energyGained / (ratio * standardGravity * 20);
-        all.rounds += report.counts.newtonRounds / static_cast<double>(steps);
+        all.iterations += report.counts.newtonIterations / static_cast<double>(steps);
         all.flags |= report.flags;
     }
     return all;
@@ -278,7 +279,7 @@ TEST(Chains, SwingWithALoadInOneSubstep) {
         EXPECT_EQ(measured.flags, 0U) << what;
         expectBelow(what + ", gap, m", measured.gap, 2e-8);
         expectBelow(what + ", energy gained", measured.gained, 1e-6);
-        expectBelow(what + ", Newton rounds a step", measured.rounds, 5);
+        expectBelow(what + ", Newton iterations a step", measured.iterations, 5);
     }
 }
 
@@ -323,12 +324,12 @@ TEST(Chains, SlackOnesDoNotExplode) {
     Chain chain({}, 10, 1000, Vec3d::UnitX());
     chain.world.step(1.0 / 60);
     const double before = chain.energy();
-    double most = before;
+    double largest = before;
     for (int i = 0; i < 1200; ++i) {
         chain.world.step(1.0 / 60);
-        most = std::max(most, chain.energy());
+        largest = std::max(largest, chain.energy());
     }
-    expectBelow("energy gained in 20 s, of the load's fall", (most - before) / (1000 * standardGravity * 10), 0.015);
+    expectBelow("energy gained in 20 s, of the load's fall", (largest - before) / (1000 * standardGravity * 10), 0.015);
 }
 
 // A closed loop of hinges in a plane has three rows more than it needs.

@@ -131,14 +131,14 @@ TEST(Accuracy, WhatSlidesObeysCoulomb) {
 }
 
 TEST(Accuracy, ToleranceIsKeptInAFallingHeap) {
-    const auto run = [](double position, int& flagged, std::int64_t& pieces) {
+    const auto run = [](double position, int& flagged, std::int64_t& subdivisions) {
         Worldd world({.accuracy = {.position = position}});
         addHeap(world, 12);
         double worst = 0;
         for (int i = 0; i < 150; ++i) {
             const StepReport& report = world.step(dt);
             for (const IslandReport& island : report.islands) {
-                pieces += island.pieces;
+                subdivisions += island.subdivisions;
             }
             if ((report.flags & FlagTolerance) != 0) {
                 ++flagged;
@@ -153,10 +153,10 @@ TEST(Accuracy, ToleranceIsKeptInAFallingHeap) {
     EXPECT_GT(run(0, flagged, few), 5e-3);
     EXPECT_EQ(flagged, 0);
     for (const double asked : {5e-3, 1e-3}) {
-        std::int64_t pieces = 0;
-        const double reached = run(asked, flagged, pieces);
+        std::int64_t subdivisions = 0;
+        const double reached = run(asked, flagged, subdivisions);
         EXPECT_LE(reached, asked);
-        EXPECT_GT(pieces, few);
+        EXPECT_GT(subdivisions, few);
         EXPECT_LE(flagged, 3);
     }
 }
@@ -181,16 +181,16 @@ TEST(Accuracy, ABodysToleranceRaisesItsOwnIslandAlone) {
     addFloor(world);
     addTower(world, 5);
     addTower(world, 5, {10, 0, 0}, 1e-5);
-    std::array<int, 2> pieces = {0, 0};
+    std::array<int, 2> subdivisions = {0, 0};
     for (int i = 0; i < 30; ++i) {
         const StepReport& report = world.step(dt);
         ASSERT_EQ(report.islands.size(), 2U);
         for (std::size_t k = 0; k < 2; ++k) {
-            pieces[k] = std::max(pieces[k], report.islands[k].pieces);
+            subdivisions[k] = std::max(subdivisions[k], report.islands[k].subdivisions);
         }
     }
-    EXPECT_EQ(pieces[0], 1);
-    EXPECT_GT(pieces[1], 1);
+    EXPECT_EQ(subdivisions[0], 1);
+    EXPECT_GT(subdivisions[1], 1);
     EXPECT_LE(world.report().islands[1].position, 1e-5);
 }
 
@@ -221,7 +221,7 @@ TEST(Accuracy, BodiesAndContactsNameTheWorst) {
 }
 
 TEST(Accuracy, WhatCannotBeReachedIsFlagged) {
-    Worldd world({.solver = {.name = "gauss_seidel"}, .accuracy = {.position = 1e-9, .mostPieces = 2}});
+    Worldd world({.solver = {.name = "gauss_seidel"}, .accuracy = {.position = 1e-9, .maxSubdivisions = 2}});
     addFloor(world);
     addTower(world, 3);
     const StepReport& report = world.step(dt);
@@ -231,7 +231,7 @@ TEST(Accuracy, WhatCannotBeReachedIsFlagged) {
     EXPECT_NE(report.summary().find("times what was asked"), std::string::npos);
 }
 
-TEST(Accuracy, EffortsTakenAgainGiveTheSameBits) {
+TEST(Accuracy, QualityLevelsTakenAgainGiveTheSameBits) {
     std::vector<BudgetChoice> choices;
     std::vector<Posed> end;
     {
@@ -239,41 +239,41 @@ TEST(Accuracy, EffortsTakenAgainGiveTheSameBits) {
         addHeap(world, 8);
         for (int i = 0; i < 60; ++i) {
             const StepReport& report = world.step(dt);
-            choices.push_back({report.effort, report.mostWork});
+            choices.push_back({report.qualityLevel, report.maxWork});
         }
         end = poses(world);
     }
     Worldd again;
     addHeap(again, 8);
     for (const BudgetChoice& choice : choices) {
-        again.setAccuracy({.effort = choice.effort, .mostWork = choice.mostWork});
-        EXPECT_EQ(again.step(dt).effort, choice.effort);
+        again.setAccuracy({.qualityLevel = choice.qualityLevel, .maxWork = choice.maxWork});
+        EXPECT_EQ(again.step(dt).qualityLevel, choice.qualityLevel);
     }
     EXPECT_TRUE(equalBits(poses(again), end));
 }
 
-// What lands takes several times the rounds of the step before: those are what is cut, and by count.
+// What lands takes several times the iterations of the step before: those are what is truncated, and by count.
 TEST(Accuracy, WorkIsBoundedAndBitsDoNotDependOnThreads) {
     std::vector<Posed> end;
     double free = 0;
     double worst = 0;
     for (const int threads : {1, 2}) {
-        for (const double mostWork : {0.0, 2e4}) {
-            Worldd world({.accuracy = {.mostWork = mostWork}, .threads = threads});
+        for (const double maxWork : {0.0, 2e4}) {
+            Worldd world({.accuracy = {.maxWork = maxWork}, .threads = threads});
             addHeap(world, 16);
-            int cut = 0;
+            int truncated = 0;
             for (int i = 0; i < 180; ++i) {
                 const StepReport& report = world.step(dt);
-                cut += report.counts.cut;
-                if (mostWork == 0) {
+                truncated += report.counts.truncated;
+                if (maxWork == 0) {
                     free = std::max(free, report.counts.work);
-                    EXPECT_EQ(report.counts.cut, 0);
+                    EXPECT_EQ(report.counts.truncated, 0);
                 } else {
                     worst = std::max(worst, report.counts.work);
                 }
             }
-            if (mostWork > 0) {
-                EXPECT_GT(cut, 0);
+            if (maxWork > 0) {
+                EXPECT_GT(truncated, 0);
                 EXPECT_TRUE(end.empty() || equalBits(poses(world), end));
                 end = poses(world);
             }
@@ -283,10 +283,10 @@ TEST(Accuracy, WorkIsBoundedAndBitsDoNotDependOnThreads) {
     expectBelow("work over what was allowed", worst / 2e4, 1.08);
 }
 
-TEST(Accuracy, MoreEffortErrsLess) {
+TEST(Accuracy, HigherQualityLevelsErrLess) {
     std::vector<double> errors;
-    for (const int effort : {0, 2, 5, 9}) {
-        Worldd world({.accuracy = {.effort = effort}});
+    for (const int qualityLevel : {0, 2, 5, 9}) {
+        Worldd world({.accuracy = {.qualityLevel = qualityLevel}});
         addHeap(world, 12);
         double sum = 0;
         for (int i = 0; i < 150; ++i) {
@@ -295,27 +295,27 @@ TEST(Accuracy, MoreEffortErrsLess) {
         errors.push_back(sum / 150);
     }
     for (std::size_t k = 1; k < errors.size(); ++k) {
-        expectBelow("mean error over that of less effort", errors[k] / errors[k - 1], 0.7);
+        expectBelow("mean error over that of a lower quality level", errors[k] / errors[k - 1], 0.7);
     }
 }
 
-TEST(Accuracy, BudgetPicksTheHighestRungThatFits) {
+TEST(Accuracy, BudgetPicksTheHighestLevelThatFits) {
     BudgetKeeper keeper;
-    const auto cost = [](int rung) { return 3e-4 * std::pow(1.7, rung); };  // s of a solve
+    const auto cost = [](int level) { return 3e-4 * std::pow(1.7, level); };  // s of a solve
     const BudgetLoad load{.moving = 3000};
     constexpr double visit = 5e-8;  // s a counted visit
     const double rest = 1e-3;
     BudgetChoice choice;
     for (int step = 0; step < 400; ++step) {
         choice = keeper.choose(0.01, load);
-        const double solve = cost(choice.effort);
-        keeper.learn(choice.effort, load, {.work = solve / visit, .solve = solve, .rest = rest});
-        EXPECT_LE(rest + cost(choice.effort), 0.01);
+        const double solve = cost(choice.qualityLevel);
+        keeper.learn(choice.qualityLevel, load, {.work = solve / visit, .solve = solve, .rest = rest});
+        EXPECT_LE(rest + cost(choice.qualityLevel), 0.01);
     }
-    EXPECT_GE(rest + cost(choice.effort + 2), 0.7 * 0.01);
-    EXPECT_LE(rest + choice.mostWork * visit, 0.01);
-    EXPECT_GE(rest + choice.mostWork * visit, 0.8 * 0.01);
-    EXPECT_EQ(keeper.choose(0, load).effort, 0);
+    EXPECT_GE(rest + cost(choice.qualityLevel + 2), 0.7 * 0.01);
+    EXPECT_LE(rest + choice.maxWork * visit, 0.01);
+    EXPECT_GE(rest + choice.maxWork * visit, 0.8 * 0.01);
+    EXPECT_EQ(keeper.choose(0, load).qualityLevel, 0);
 }
 
 TEST(Accuracy, BadRequestsAreRefusedByName) {
@@ -329,12 +329,12 @@ TEST(Accuracy, BadRequestsAreRefusedByName) {
     };
     refused({.accuracy = {.position = -1}}, "accuracy.position");
     refused({.accuracy = {.velocity = std::nan("")}}, "accuracy.velocity");
-    refused({.accuracy = {.mostPieces = 0}}, "accuracy.mostPieces");
+    refused({.accuracy = {.maxSubdivisions = 0}}, "accuracy.maxSubdivisions");
     refused({.accuracy = {.budget = -1}}, "accuracy.budget");
-    refused({.accuracy = {.effort = 12}}, "accuracy.effort");
-    refused({.accuracy = {.mostWork = -1}}, "accuracy.mostWork");
-    refused({.solver = {.name = "nncg"}, .accuracy = {.mostWork = 1e5}}, "accuracy.mostWork");
-    refused({.solver = {.name = "nncg"}, .accuracy = {.effort = 3}}, "accuracy.effort");
+    refused({.accuracy = {.qualityLevel = 12}}, "accuracy.qualityLevel");
+    refused({.accuracy = {.maxWork = -1}}, "accuracy.maxWork");
+    refused({.solver = {.name = "nncg"}, .accuracy = {.maxWork = 1e5}}, "accuracy.maxWork");
+    refused({.solver = {.name = "nncg"}, .accuracy = {.qualityLevel = 3}}, "accuracy.qualityLevel");
     refused({.solver = {.name = "direct"}, .accuracy = {.budget = 1e-3}}, "accuracy.budget");
     Worldd world;
     EXPECT_THROW(world.add({.shapes = {sphere(1)}, .tolerance = -1}), InputError);

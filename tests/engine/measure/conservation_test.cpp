@@ -99,7 +99,7 @@ void checkDrift(const SolverDef& solver, std::index_sequence<I...>) {
         const std::string what = solver.name + ", " + Def::typeName + ": ";
         const bool isFloat = std::is_same_v<S, float>;
         if (!traitsOf(solver).balanced) {
-            // What the rounds over the bodies have not converged to is lost.
+            // What the iterations over the bodies have not converged to is lost.
             const double share = ParticleJoint<Def> ? boundOf(solver, 0.2, {{"avbd", 0.04}})
                                                     : boundOf(solver, 6e-3, {{"avbd", isFloat ? 9e-4 : 2e-5}});
             expectBelow(what + "momentum", drift.momentum, share);

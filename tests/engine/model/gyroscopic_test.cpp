@@ -1,5 +1,5 @@
-// How spin turns by itself: the ladder of rules (facts/solvers 3), what each keeps, tops under load, and the resistance
-// of a spinning body to a push (seed 4.17).
+// How spin turns by itself: the ladder of rules (theory section 3.6), what each keeps, tops under load, and the
+// resistance of a spinning body to a push (theory section 3.7).
 #include "engine/islands/island.hpp"
 #include "engine/model/gyroscopics.hpp"
 #include "tests/engine/engine_kit.hpp"
@@ -33,7 +33,7 @@ TYPED_TEST(Gyroscopic, MidpointKeepsEnergyAndMomentum) {
     TestRandom random(2);
     const double roundOff = static_cast<double>(Eigen::NumTraits<S>::epsilon());
     const S h = S(1) / S(60);
-    for (const double most : {0.0, 20.0, 300.0}) {  // rad/s
+    for (const double maxSpin : {0.0, 20.0, 300.0}) {  // rad/s
         double energyError = 0;
         double momentumError = 0;
         for (int trial = 0; trial < 300; ++trial) {
@@ -42,7 +42,7 @@ TYPED_TEST(Gyroscopic, MidpointKeepsEnergyAndMomentum) {
             const double b = random.uniform(0.1, 1);
             const double c = random.uniform(std::abs(a - b), a + b);
             const Mat3<S> inertia = R * Vec3d(a, b, c).cast<S>().asDiagonal() * R.transpose();
-            const Vec3<S> w1 = random.vector(most).cast<S>();
+            const Vec3<S> w1 = random.vector(maxSpin).cast<S>();
             const FreeSpin<S> spin = midpointSpin<S>(inertia, w1, h);
             const double before = static_cast<double>(w1.dot(inertia * w1));
             const double after = static_cast<double>(spin.end.dot(inertia * spin.end));
@@ -51,9 +51,9 @@ TYPED_TEST(Gyroscopic, MidpointKeepsEnergyAndMomentum) {
             momentumError = std::max(momentumError, static_cast<double>((inertia * spin.end - left).norm()) /
                                                         std::max(static_cast<double>(left.norm()), 1e-9));
         }
-        const std::string what = "midpoint, up to " + std::to_string(most) + " rad/s";
+        const std::string what = "midpoint, up to " + std::to_string(maxSpin) + " rad/s";
         expectBelow(what + ", energy / round-off", energyError / roundOff, 60);
-        expectBelow(what + ", momentum / round-off", momentumError / roundOff, most > 100 ? 600 : 60);
+        expectBelow(what + ", momentum / round-off", momentumError / roundOff, maxSpin > 100 ? 600 : 60);
     }
 }
 
@@ -93,7 +93,7 @@ struct LadderEntry {
     double flip = 0;           // s, first zero of w2
 };
 
-// facts/solvers 3: I = (1, 2, 3), spun about the middle axis with 1 % aside, 10 s.
+// Theory section 3.6: I = (1, 2, 3), spun about the middle axis with 1 % aside, 10 s.
 LadderEntry ladderEntry(GyroscopicRule rule, double speed, double dt) {
     Worldd world({.gravity = Vec3d::Zero(), .sleep = {.enabled = false}, .gyroscopic = rule});
     const BodyId top =
@@ -126,7 +126,7 @@ TEST(GyroscopicRules, MeasuredLadder) {
     struct Case {
         double speed;
         double dt;
-        double flip;             // reference of facts/solvers 3
+        double flip;             // reference of theory section 3.6
         double midpointFlip;     // off by
         double rungeKuttaFlip;   // off by
         double rungeKuttaDrift;  // of energy
@@ -199,7 +199,7 @@ TEST(GyroscopicInertia, IsTheDerivativeOfTheEquationOfMotion) {
     const Mat3d inertia = Vec3d(2, 1, 1.5).asDiagonal();
     const Vec3d w(1, 5, -2);
     const auto cross = [](const Vec3d& v) { return hat<double>(v); };
-    // The seed's 4.15: the end's spin meets the end's inertia. Its derivative is 4.17 as printed.
+    // Theory 3.19: the end's spin meets the end's inertia. Its derivative is theory 3.20.
     const double h = 0.05;
     const auto impulse = [&](const Vec3d& turned) {
         const Mat3d R = expMatrix<double>(turned);
@@ -210,7 +210,7 @@ TEST(GyroscopicInertia, IsTheDerivativeOfTheEquationOfMotion) {
         slope.col(k) = (impulse(1e-6 * Vec3d::Unit(k)) - impulse(-1e-6 * Vec3d::Unit(k))) / 2e-6;
     }
     const Mat3d printed = inertia + inertia * cross(h * w) - cross(h * inertia * w);
-    expectBelow("4.17 against differences of 4.15", (slope - printed).norm(), 1e-9);
+    expectBelow("theory 3.20 against differences of 3.19", (slope - printed).norm(), 1e-9);
     EXPECT_GT((slope - printed.transpose()).norm(), 0.1) << "its transpose is not";
     // Ours: the impulse comes at the start, and the spin is the mean.
     double before = 0;
@@ -277,8 +277,8 @@ TYPED_TEST(Gyroscopic, SpinningTopResistsAPush) {
     }
 }
 
-// To lowest order a push along an axis meets a resistance that grows with the square of the turn (the seed's remark at
-// 4.17): the first-order part of the inertia is antisymmetric along it.
+// To lowest order a push along an axis meets a resistance that grows with the square of the turn (theory section 3.7):
+// the first-order part of the inertia is antisymmetric along it.
 TEST(GyroscopicInertia, ResistanceGrowsWithTheSquareOfTheTurn) {
     const Mat3d inertia = Vec3d(1, 2, 1).asDiagonal();
     const auto yielded = [&](double turn) {

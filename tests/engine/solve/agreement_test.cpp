@@ -1,6 +1,6 @@
 // All solvers agree with `direct`: on joints and springs with the order that theory gives, on contacts in where things
 // rest and in what they press.
-#include "engine/solve/position/moved_rows.hpp"
+#include "engine/solve/position/nonlinear_rows.hpp"
 #include "tests/engine/hand_made_island.hpp"
 
 #include <map>
@@ -8,7 +8,7 @@
 namespace cairn {
 namespace {
 
-// ---- one step, error against iterations: ten equal masses in a row, nine sticks (seed 8.7), thrown along the row
+// ---- one step, error against iterations: ten equal masses in a row, nine sticks (theory 9.5), thrown along the row
 
 HandMadeIsland tenInARow() {
     TestRandom random(31);
@@ -126,7 +126,7 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
             return;
         }
         if (solver.name == "vbd") {
-            // A penalty method: it converges to sticks that give, J v = -p / (rho h^2), whatever the rounds; to the
+            // A penalty method: it converges to sticks that give, J v = -p / (rho h^2), whatever the iterations; to the
             // exact answer only as the penalty grows, and the more slowly then.
             const auto gives = [&](double penalty) {
                 SolverDef def = solver;
@@ -153,10 +153,10 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
             return;
         }
         const double rate = std::pow(errorAfter(128) / errorAfter(64), 1.0 / 64);
-        expectClose(solver.name + ", share of the error that an iteration leaves", rate,
-                    ratePerIteration(solver.name, A),
-                    // avbd does a little better than its sweeps: the free row's rigid motion is put right each round.
-                    boundOf(solver, 1e-3, {{"avbd", 6e-3}}));
+        expectClose(
+            solver.name + ", share of the error that an iteration leaves", rate, ratePerIteration(solver.name, A),
+            // avbd does a little better than its sweeps: the free row's rigid motion is put right each iteration.
+            boundOf(solver, 1e-3, {{"avbd", 6e-3}}));
     });
 }
 
@@ -249,7 +249,7 @@ double farthest(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
 SolverDef solvedOut(const SolverDef& named) {
     SolverDef solver = named;
     solver.substeps = 1;
-    // vbd takes the more rounds the stiffer its penalty makes a light body between others.
+    // vbd takes the more iterations the stiffer its penalty makes a light body between others.
     solver.iterations = traitsOf(solver).exact ? 0 : named.name == "vbd" ? 400 : 60;
     return solver;
 }

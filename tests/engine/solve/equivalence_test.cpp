@@ -1,7 +1,7 @@
-// The equivalences that the seed derives, and the errata of its equations that would break a solver: each solver
-// against code written anew here, on dense matrices or as loops over particles.
+// The equivalences that docs/theory.md derives, and the errata of the printed equations (its section 11) that would
+// break a solver: each solver against code written anew here, on dense matrices or as loops over particles.
 #include "engine/solve/newton/newton.hpp"
-#include "engine/solve/position/body_descent.hpp"
+#include "engine/solve/position/block_coordinate_descent.hpp"
 #include "engine/solve/position/geometric_stiffness.hpp"
 #include "engine/solve/velocity/gauss_seidel.hpp"
 #include "tests/engine/hand_made_island.hpp"
@@ -38,18 +38,18 @@ HandMadeIsland randomChain(TestRandom& random, int links, double gap, bool ancho
     return chain;
 }
 
-// ---- 4.12: linear Gauss-Seidel is sequential impulses
+// ---- theory section 5.3: linear Gauss-Seidel is sequential impulses
 
-// One row after the other as the seed's 4.39 and 4.40 have it, on multipliers times h^2 and displacements from the
-// predicted state.
-struct SeedSweep {
+// One row after the other as the printed 4.39 and 4.40 (theory 5.9) have it, on multipliers times h^2 and displacements
+// from the predicted state.
+struct DisplacementSweep {
     const DenseIsland& d;
     double h;
     double relaxation;
     DenseVector multiplier;    // lambda h^2
     DenseVector displacement;  // Delta X
 
-    SeedSweep(const DenseIsland& dense, double step, double xi)
+    DisplacementSweep(const DenseIsland& dense, double step, double xi)
         : d(dense),
           h(step),
           relaxation(xi),
@@ -114,22 +114,22 @@ TEST(SequentialImpulses, AreLinearGaussSeidel) {
         chain.island.linearize();
         const DenseIsland dense(chain.island);
         RowProblem<double> ours = problemOf(chain.island, h);
-        SeedSweep seed(dense, h, relaxation);
+        DisplacementSweep displaced(dense, h, relaxation);
         CattoSweep catto(chain.island, h, relaxation);
-        double fromSeed = 0;
+        double fromDisplaced = 0;
         double fromCatto = 0;
         for (int k = 0; k < 8; ++k) {
             ours.sweep(chain.island, relaxation);
-            seed.sweep();
+            displaced.sweep();
             catto.sweep();
             const DenseVector v = stacked(ours.v);
             const DenseVector p = stacked(ours.p);
-            fromSeed = std::max({fromSeed, (v - dense.v - seed.displacement / h).norm() / v.norm(),
-                                 (h * p - seed.multiplier).norm() / seed.multiplier.norm()});
+            fromDisplaced = std::max({fromDisplaced, (v - dense.v - displaced.displacement / h).norm() / v.norm(),
+                                      (h * p - displaced.multiplier).norm() / displaced.multiplier.norm()});
             fromCatto = std::max(
                 {fromCatto, (v - stacked(catto.v)).norm() / v.norm(), (p - stacked(catto.impulse)).norm() / p.norm()});
         }
-        expectBelow("Gauss-Seidel of 4.39, every iterate, relative", fromSeed, 1e-13);
+        expectBelow("Gauss-Seidel of theory 5.9, every iterate, relative", fromDisplaced, 1e-13);
         expectBelow("sequential impulses, every iterate, relative", fromCatto, 1e-13);
     }
 }
@@ -262,7 +262,7 @@ TEST(SequentialImpulses, WithSoftConstraintsAreTheSolver) {
     expectBelow("the soft step of games, 10 steps", worst, 1e-12);
 }
 
-// 4.43: all rows from the velocities before.
+// Theory 5.14: all rows from the velocities before.
 TEST(SequentialImpulses, AllAtOnceAreJacobi) {
     TestRandom random(3);
     HandMadeIsland line;
@@ -288,11 +288,11 @@ TEST(SequentialImpulses, AllAtOnceAreJacobi) {
         p -= ((A * p + b).array() / D.array()).matrix();
         worst = std::max(worst, (stacked(ours.p) - p).norm() / p.norm());
     }
-    expectBelow("Jacobi of 4.43, every iterate, relative", worst, 1e-13);
+    expectBelow("Jacobi of theory 5.14, every iterate, relative", worst, 1e-13);
 }
 
-// 5.27: 0 <= p, 0 <= A p + b, and one of them zero in every row. (Erratum 5: 5.28 as printed multiplies by A_ii instead
-// of dividing by it, and runs away.)
+// Theory 5.8: 0 <= p, 0 <= A p + b, and one of them zero in every row. (Theory erratum 5: the printed 5.28 multiplies
+// by A_ii instead of dividing by it, and runs away.)
 TEST(SequentialImpulses, ClampedSolveTheComplementarityProblem) {
     TestRandom random(4);
     HandMadeIsland ropes = randomChain(random, 5, 0.02, true);
@@ -314,9 +314,9 @@ TEST(SequentialImpulses, ClampedSolveTheComplementarityProblem) {
     expectBelow("impulse times speed, J", p.cwiseProduct(u).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-// ---- 4.13: non-linear Gauss-Seidel on particles is position based dynamics
+// ---- theory section 6.2: non-linear Gauss-Seidel on particles is position based dynamics
 
-// One step of position based dynamics (Mueller 2006; 4.90 to 4.93 with the sign of erratum 6): every stick in turn
+// One step of position based dynamics (Mueller 2007; theory 6.3): every stick in turn
 // moves its ends, `stiffness` of the way, in order and on every second sweep back.
 void positionBasedStep(Beads& beads, const std::vector<Stick>& sticks, double h, int iterations, double stiffness) {
     std::vector<Vec3d> p;
@@ -368,8 +368,8 @@ TEST(PositionBasedDynamics, IsNonlinearGaussSeidelAndXpbdWithoutCompliance) {
     }
 }
 
-// The volume of tetrahedra as PBD projects it: C and gradients of 6.50 to 6.52, in m3, where the engine's row is scaled
-// to a length. (Erratum 9: 6.54 with the mobility printed as a mass blows up in the second iteration.)
+// The volume of tetrahedra as PBD projects it: C and gradients of theory 4.15, in m3, where the engine's row is scaled
+// to a length. (Theory erratum 9: 6.54 with the inverse mass printed as a mass blows up in the second iteration.)
 TEST(PositionBasedDynamics, ProjectsVolumesAsTheEngineDoes) {
     for (const char* name : {"nonlinear_gs", "xpbd"}) {
         Worldd world({.gravity = Vec3d::Zero(),
@@ -410,11 +410,11 @@ TEST(PositionBasedDynamics, ProjectsVolumesAsTheEngineDoes) {
                 const Vec3d d3 = x[c[3]] - x[c[0]];
                 const std::array<Vec3d, 4> gradient = {-(d2.cross(d3) + d3.cross(d1) + d1.cross(d2)), d2.cross(d3),
                                                        d3.cross(d1), d1.cross(d2)};
-                double mobility = 0;
+                double delassus = 0;
                 for (std::size_t n = 0; n < 4; ++n) {
-                    mobility += w[c[n]] * gradient[n].squaredNorm();
+                    delassus += w[c[n]] * gradient[n].squaredNorm();
                 }
-                const double s = (sixVolumes(c) - rest[t]) / mobility;
+                const double s = (sixVolumes(c) - rest[t]) / delassus;
                 for (std::size_t n = 0; n < 4; ++n) {
                     x[c[n]] -= s * w[c[n]] * gradient[n];
                 }
@@ -429,8 +429,8 @@ TEST(PositionBasedDynamics, ProjectsVolumesAsTheEngineDoes) {
     }
 }
 
-// Erratum 7: k' = 1 - (1 - k)^(1/n) removes k of the error in n iterations, whatever n; (1 - k)^n as printed removes
-// nearly all of it.
+// Theory erratum 7: k' = 1 - (1 - k)^(1/n) removes k of the error in n iterations, whatever n; (1 - k)^n as printed
+// removes nearly all of it.
 TEST(PositionBasedDynamics, StiffnessDoesNotDependOnTheIterations) {
     for (const int iterations : {1, 4, 10}) {
         SolverDef solver = textbook("nonlinear_gs", iterations);
@@ -455,11 +455,11 @@ TEST(PositionBasedDynamics, StiffnessDoesNotDependOnTheIterations) {
     expectBelow("a net at k .6 against a PBD loop", net.offBy(beads), 1e-12);
 }
 
-// ---- 6.4: compliance
+// ---- theory section 6.3: compliance
 
-// 6.4.1: compliance is Tikhonov's regularisation, (alpha / h^2 + J M^-1 J^T) lambda h^2 = -c (4.24 with the eps of
-// erratum 23), and the spring's implicit force, (M + K) dX = F h^2 (6.3 with 6.26): all solvers solve both. Beads in a
-// line that move along it make both linear.
+// Compliance is Tikhonov's regularisation, (alpha / h^2 + J M^-1 J^T) lambda h^2 = -c (theory 5.5), and the spring's
+// implicit force, (M + K) dX = F h^2 (theory 7.1 with 7.4): all solvers solve both. Beads in a line that move along it
+// make both linear.
 TEST(Compliance, IsTikhonovsRegularisationAndTheImplicitForce) {
     const double h = 1.0 / 60;
     const double alpha = 2e-4;
@@ -498,7 +498,7 @@ TEST(Compliance, IsTikhonovsRegularisationAndTheImplicitForce) {
     const Dense K = J.transpose() * J * (h * h / alpha);
     const DenseVector force = -J.transpose() * c / alpha;
     EXPECT_LE((moved - (M + K).ldlt().solve(force * h * h)).norm(), 1e-14) << "the two forms are one";
-    // 4.24 as printed softens by eps lambda h^2.
+    // The printed 4.24 softens by eps lambda h^2.
     const Dense literal = alpha * Dense::Identity(n, n) + J * W * J.transpose();
     EXPECT_GT((literal.ldlt().solve(-c) / (h * h) - lambda).norm(), 0.05 * lambda.norm());
 
@@ -525,7 +525,7 @@ TEST(Compliance, IsTikhonovsRegularisationAndTheImplicitForce) {
     });
 }
 
-// Physical: what a weight stretches does not depend on the step (erratum 23).
+// Physical: what a weight stretches does not depend on the step (theory erratum 23).
 TEST(Compliance, DoesNotDependOnTheStep) {
     forEachSolver([](const SolverDef& solver) {
         for (const double dt : {1.0 / 30, 1.0 / 60, 1.0 / 240}) {
@@ -538,8 +538,8 @@ TEST(Compliance, DoesNotDependOnTheStep) {
     });
 }
 
-// Errata 8 and 22: m 1, k 400, b 6, stretched by 1 and let go: backward Euler, m (x - x0) / h^2 = -k x - b (x - x0) /
-// h. 6.33 with 6.34 as printed gives .984375.
+// Theory errata 8 and 22: m 1, k 400, b 6, stretched by 1 and let go: backward Euler, m (x - x0) / h^2 = -k x - b (x -
+// x0) / h. The printed 6.33 with 6.34 gives .984375.
 TEST(Compliance, DampingIsBackwardEuler) {
     const double h = 1.0 / 60;
     const double expected = (1 / (h * h) + 6 / h) / (1 / (h * h) + 400 + 6 / h);
@@ -555,7 +555,7 @@ TEST(Compliance, DampingIsBackwardEuler) {
     });
 }
 
-// ---- 6.2 and 7: body after body
+// ---- theory section 7: body after body
 
 // A body on three damped springs, thrown.
 HandMadeIsland bodyOnSprings(TestRandom& random) {
@@ -595,8 +595,8 @@ std::vector<Spring> springsOf(const HandMadeIsland& made) {
     return springs;
 }
 
-// vbd's visit of a body is the generalised-force iteration 6.5, dX <- dX + (M + K)^-1 (F h^2 - M dX), with F of 6.23
-// and K of 6.26 at the latest state; and 6.12 to 6.14, the same per constraint, gives the same dX.
+// vbd's visit of a body is the generalised-force iteration, theory 7.3, dX <- dX + (M + K)^-1 (F h^2 - M dX), with F
+// and K of theory 7.4 at the latest state; and the same per constraint (the printed 6.12 to 6.14) gives the same dX.
 TEST(VertexBlockDescent, SolvesTheGeneralisedForceEquation) {
     TestRandom random(9);
     const double h = 1.0 / 60;
@@ -610,7 +610,7 @@ TEST(VertexBlockDescent, SolvesTheGeneralisedForceEquation) {
     for (const SolverBody<double>& body : island.bodies) {
         problem.v.push_back(body.v);
     }
-    BodyDescent<double> descent(island, problem, h, 1e9, false, LoadRule::Heaviest, 3);
+    BlockCoordinateDescent<double> descent(island, problem, h, 1e9, false, LoadRule::Heaviest, 3);
     descent.descend();  // there and back: two visits of the only body
 
     Mat6<double> M = Mat6<double>::Zero();
@@ -644,8 +644,8 @@ TEST(VertexBlockDescent, SolvesTheGeneralisedForceEquation) {
     expectBelow("6.5 against vbd, m/s and rad/s", (problem.v[1] - start.v - moved / h).norm(), 1e-12);
 }
 
-// avbd's visit of a body is 7.8 with the inverse of 7.45, here as 7.48 has it, with mu of 7.47 read as mu^-1 (erratum
-// 2) and the sign of erratum 11: a body on a ball joint that is open and already carries a force.
+// avbd's visit of a body is theory 7.9 with the inverse of 7.19, here as 7.20 has it (theory errata 2 and 11): a body
+// on a ball joint that is open and already carries a force.
 TEST(AugmentedDescent, BodyInverseIsWoodburys) {
     TestRandom random(10);
     const double h = 1.0 / 60;
@@ -664,7 +664,7 @@ TEST(AugmentedDescent, BodyInverseIsWoodburys) {
     for (const SolverBody<double>& body : island.bodies) {
         problem.v.push_back(body.v);
     }
-    BodyDescent<double> descent(island, problem, h, 1e9, false, LoadRule::Heaviest, 2);
+    BlockCoordinateDescent<double> descent(island, problem, h, 1e9, false, LoadRule::Heaviest, 2);
     const double stiffness = 17;  // rho h^2, kg
     const Vec3d carried(0.3, -0.2, 0.5);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -683,15 +683,15 @@ TEST(AugmentedDescent, BodyInverseIsWoodburys) {
             const Mat3d R = expMatrix<double>(h * v.tail<3>()) * start.pose.rotation.toRotationMatrix();
             const Vec3d r = R * arm0;
             const Vec3d gap = start.pose.position + h * v.head<3>() + r - Vec3d(0.1, 0.1, -0.1);
-            Mat3d mobility = Mat3d::Identity() / start.mass - hat<double>(r) * inverseInertia * hat<double>(r);
+            Mat3d delassus = Mat3d::Identity() / start.mass - hat<double>(r) * inverseInertia * hat<double>(r);
             if (reading == MassPrinted) {
-                mobility = mobility.inverse().eval();
+                delassus = delassus.inverse().eval();
             }
             Eigen::Matrix<double, 3, 6> Q;
             Q << Mat3d::Identity(), -hat<double>(r);
-            // lambda of the seed pulls where ours pushes.
+            // The printed lambda pulls where ours pushes.
             const Vec3d pull = -carried / h * h * h + stiffness * gap;  // (lambda + rho dp) h^2
-            Vec3d f = (Mat3d::Identity() + stiffness * mobility).inverse() * (stiffness * Q * moved - pull);
+            Vec3d f = (Mat3d::Identity() + stiffness * delassus).inverse() * (stiffness * Q * moved - pull);
             if (reading == SignPrinted) {
                 f = -f;
             }
@@ -715,7 +715,7 @@ Converged exactStep(Island<double> island, double h) {
     DenseIsland dense(island);
     const DenseVector free = dense.v;
     Converged answer{free, DenseVector::Zero(dense.C.size())};
-    for (int round = 0; round < 60; ++round) {
+    for (int iteration = 0; iteration < 60; ++iteration) {
         for (std::size_t i = 0; i < start.size(); ++i) {
             island.bodies[i].pose = start[i].moved(answer.v.segment<6>(6 * at(i)), h);
         }
@@ -748,7 +748,7 @@ Converged advanced(Island<double> island, const SolverDef& def, double h) {
     return result;
 }
 
-// 7.19 as erratum 14 reads it: what the multipliers converge to is the constraint force alone, whatever the penalty and
+// Theory 7.12: what the multipliers converge to is the constraint force alone, whatever the penalty and
 // whatever D in H: avbd's answer is that of PBD, M (v - v*) = J^T p, C = 0, taken to the end.
 TEST(AugmentedDescent, ConvergesToTheConstraintForces) {
     TestRandom random(11);
@@ -775,8 +775,10 @@ TEST(AugmentedDescent, ConvergesToTheConstraintForces) {
     expectBelow("nonlinear_gs, multipliers, relative", (positionBased.p - exact.p).norm() / exact.p.norm(), 0.02);
 }
 
-// 7.19 with 7.20: the linear system 7.4 with D in H, its multipliers raised by 7.6 until c is 0, ends at
-// J (M + D)^-1 J^T lambda h^2 = c: sweeps of the row solvers over bodies whose inertia holds D (7.21) end there too.
+// The printed 7.19 with 7.20 (theory erratum 14): the linear system theory 7.9 with D in H, its multipliers raised by
+// 7.11 until c is 0, ends at
+// J (M + D)^-1 J^T lambda h^2 = c: sweeps of the row solvers over bodies whose inertia holds D (theory 7.16) end there
+// too.
 TEST(AugmentedDescent, WithGeometricStiffnessIsRowsOnStiffenedMasses) {
     TestRandom random(12);
     const double h = 1.0 / 30;
@@ -822,7 +824,7 @@ TEST(AugmentedDescent, WithGeometricStiffnessIsRowsOnStiffenedMasses) {
                 1e-9);
 }
 
-// ---- 4.4: the exact answer is the mass-weighted Moore-Penrose inverse
+// ---- theory section 5.2: the exact answer is the mass-weighted Moore-Penrose inverse
 
 // A^+ b of a symmetric matrix.
 DenseVector timesPseudoInverse(const Dense& A, const DenseVector& b) {
@@ -836,7 +838,7 @@ DenseVector timesPseudoInverse(const Dense& A, const DenseVector& b) {
 }
 
 // The impulses whose sum of p^2 D is least among those that solve A p = -b.
-DenseVector leastImpulses(const Dense& A, const DenseVector& b, const DenseVector& D) {
+DenseVector minimalImpulses(const Dense& A, const DenseVector& b, const DenseVector& D) {
     const DenseVector scale = D.cwiseSqrt().cwiseInverse();
     const Dense scaled = scale.asDiagonal() * A * scale.asDiagonal();
     return -scale.cwiseProduct(timesPseudoInverse(scaled, scale.cwiseProduct(b)));
@@ -856,10 +858,10 @@ HandMadeIsland redundantChain(TestRandom& random) {
     return chain;
 }
 
-// 4.26 to 4.30. The velocity after a step is the nearest in mass to the free one that obeys all rows, redundant or not;
-// and of the impulses that give it, direct's are the least (in the norm of A_ii, by which it regularises). Row solvers
-// from zero impulses find the same motion; Gauss-Seidel leaves the whole load to the first of two equal rows, Jacobi
-// shares it as direct does.
+// Theory 5.6, 5.7. The velocity after a step is the nearest in mass to the free one that obeys all rows, redundant or
+// not; and of the impulses that give it, direct's are the least (in the norm of A_ii, by which it regularises). Row
+// solvers from zero impulses find the same motion; Gauss-Seidel leaves the whole load to the first of two equal rows,
+// Jacobi shares it as direct does.
 TEST(MoorePenrose, IsWhatDirectAndRowSolversReturn) {
     TestRandom random(13);
     const double h = 1.0 / 60;
@@ -881,27 +883,28 @@ TEST(MoorePenrose, IsWhatDirectAndRowSolversReturn) {
     newton.vStar = problem.v;
     NewtonOptions options;
     options.regularisation = 1e-4;
-    options.leastRegularisation = 1e-9;
+    options.minRegularisation = 1e-9;
     options.tolerance = 1e-11;
     options.stalled = 1e-10;
-    options.maxRounds = 200;
+    options.maxIterations = 200;
     options.goesOn = true;  // from the impulses it is given, not from sweeps
     const NewtonReport report = newton.solve(island, options);
-    EXPECT_TRUE(report.converged) << report.residual << " m/s after " << report.rounds << " rounds";
+    EXPECT_TRUE(report.converged) << report.residual << " m/s after " << report.iterations << " iterations";
     expectBelow("direct, velocities", (stacked(newton.problem.v) - v).norm() / v.norm(), 1e-10);
-    const DenseVector least = leastImpulses(A, b, A.diagonal());
-    expectBelow("direct, least impulses, relative", (stacked(newton.problem.p) - least).norm() / least.norm(), 1e-8);
+    const DenseVector minimal = minimalImpulses(A, b, A.diagonal());
+    expectBelow("direct, least impulses, relative", (stacked(newton.problem.p) - minimal).norm() / minimal.norm(),
+                1e-8);
 
     for (int k = 0; k < 3000; ++k) {
         problem.sweep(island, 1.0);
     }
     expectBelow("Gauss-Seidel, velocities", (stacked(problem.v) - v).norm() / v.norm(), 1e-10);
-    EXPECT_GT((stacked(problem.p) - least).norm(), 0.3 * least.norm());
-    EXPECT_LE(least.dot(A.diagonal().cwiseProduct(least)),
+    EXPECT_GT((stacked(problem.p) - minimal).norm(), 0.3 * minimal.norm());
+    EXPECT_LE(minimal.dot(A.diagonal().cwiseProduct(minimal)),
               stacked(problem.p).dot(A.diagonal().cwiseProduct(stacked(problem.p))));
 }
 
-// The same of the whole solver: joints that are open by a little and do not move are closed by 4.26.
+// The same of the whole solver: joints that are open by a little and do not move are closed by theory 5.7.
 TEST(MoorePenrose, ClosesJointsByTheLeastMotion) {
     TestRandom random(14);
     const double h = 1.0 / 60;
@@ -921,7 +924,7 @@ TEST(MoorePenrose, ClosesJointsByTheLeastMotion) {
     expectBelow("direct, motion that closes, relative", (h * ours.v - moved).norm() / moved.norm(), 1e-3);
 }
 
-// ---- 7.20: geometric stiffness
+// ---- theory section 7.4: geometric stiffness
 
 // Potential -f . r(theta) of a force at an arm that turns, second differences in exponential coordinates.
 Mat3d stiffnessByDifferences(const Vec3d& force, const Vec3d& arm) {
@@ -938,8 +941,8 @@ Mat3d stiffnessByDifferences(const Vec3d& force, const Vec3d& arm) {
     return H;
 }
 
-// Errata 12 and 13: lambda itself times the second derivative of the arm, which 7.28 leaves out. On the diagonal as
-// column sums, so that what is added is never less than what is there.
+// Theory errata 12 and 13: lambda itself times the second derivative of the arm, which the printed 7.28 leaves out. On
+// the diagonal as column sums, so that what is added is never less than what is there.
 TEST(GeometricStiffness, IsTheSecondDerivativeOfTheArm) {
     TestRandom random(15);
     double worst = 0;
@@ -955,7 +958,7 @@ TEST(GeometricStiffness, IsTheSecondDerivativeOfTheArm) {
     expectBelow("column sums against differences, relative", worst, 1e-5);
 }
 
-// A chain that is taut and closed, c = 0: c times the second derivative would add nothing (7.5, 7.21 as printed).
+// A chain that is taut and closed, c = 0: c times the second derivative would add nothing (the printed 7.5, 7.21).
 TEST(GeometricStiffness, IsThereUnderLoadWhereJointsAreClosed) {
     HandMadeIsland made;
     const BodyId ground = made.fixed(Vec3d::Zero());
@@ -977,9 +980,9 @@ TEST(GeometricStiffness, IsThereUnderLoadWhereJointsAreClosed) {
     EXPECT_NEAR(added.trace(), island.bodies[1].stiffening.sum(), 1e-15);
 }
 
-// ---- 4.9: relaxation
+// ---- theory section 5.4: relaxation
 
-// Ten equal particles in a row with nine sticks, thrown along it: A of 8.7.
+// Ten equal particles in a row with nine sticks, thrown along it: A of theory 9.5.
 HandMadeIsland tenInARow(unsigned seed) {
     TestRandom random(seed);
     HandMadeIsland line;
@@ -1015,7 +1018,7 @@ double sweepRadius(const Island<double>& island, double relaxation) {
     return G.eigenvalues().cwiseAbs().maxCoeff();
 }
 
-// Erratum 15: 2 / (1 + sqrt(1 - rho_J^2)).
+// Theory erratum 15: 2 / (1 + sqrt(1 - rho_J^2)).
 TEST(Relaxation, OptimumIsThatOfTheSquaredRadius) {
     const HandMadeIsland line = tenInARow(16);
     const double radius = std::cos(pi / 10);
@@ -1023,7 +1026,7 @@ TEST(Relaxation, OptimumIsThatOfTheSquaredRadius) {
     const RowProblem<double> problem = problemOf(line.island, 1);
     expectClose("measured radius of the Jacobi iteration", jacobiRadius(line.island, problem, mode, 400), radius, 1e-9);
     mode.clear();
-    expectClose("the same after the rounds of a first step", jacobiRadius(line.island, problem, mode, 20), radius,
+    expectClose("the same after the iterations of a first step", jacobiRadius(line.island, problem, mode, 20), radius,
                 0.02);
     expectClose("radius of plain sweeps", sweepRadius(line.island, 1), radius * radius, 1e-9);
     const double right = 2 / (1 + std::sqrt(1 - radius * radius));
@@ -1037,7 +1040,7 @@ TEST(Relaxation, OptimumIsThatOfTheSquaredRadius) {
     expectClose("best relaxation, measured", best, right, 1e-3);
     // At the optimum all eigenvalues meet, and so their last digits are lost.
     expectClose("radius there", sweepRadius(line.island, right), 0.527864, 2e-3);
-    expectClose("radius at 4.79 as printed", sweepRadius(line.island, printed), 0.637691, 1e-6);
+    expectClose("radius at the printed 4.79", sweepRadius(line.island, printed), 0.637691, 1e-6);
 }
 
 // The rules as the solver has them: distance of the velocities after a sub-step from the exact ones.
@@ -1070,21 +1073,21 @@ TEST(Relaxation, RulesAreNeverWorseThanPlainSweeps) {
     }
 }
 
-// ---- errata
+// ---- theory section 11: errata
 
-// Erratum 3: 5.42 as printed answers an approach with nothing, and a target at the present velocity instead of the one
-// before the impact has no fixed point at -e v.
+// Theory erratum 3: the printed 5.42 answers an approach with nothing, and a target at the present velocity instead of
+// the one before the impact has no fixed point at -e v.
 TEST(Errata, RestitutionAimsAtTheSpeedBeforeTheImpact) {
     double literal = 0;
     for (int k = 0; k < 10; ++k) {
         literal = std::max(0.0, literal + (1 + 0.5) * (-3 + literal));
     }
-    EXPECT_EQ(literal, 0) << "m/s that 5.42 as printed gives back";
+    EXPECT_EQ(literal, 0) << "m/s that the printed 5.42 gives back";
     forEachSolver([](const SolverDef& named) {
         for (const int iterations : {1, 30}) {
             for (const double e : {0.5, 1.0}) {
                 SolverDef solver = named;
-                // One Newton round solves nothing, and direct says so.
+                // One Newton iteration solves nothing, and direct says so.
                 solver.iterations = traitsOf(solver).exact ? 0 : iterations;
                 Worldd world({.gravity = Vec3d::Zero(), .solver = solver, .sleep = {.enabled = false}});
                 addFloor(world, 0, e);
@@ -1100,7 +1103,8 @@ TEST(Errata, RestitutionAimsAtTheSpeedBeforeTheImpact) {
     });
 }
 
-// Erratum 4: velocity rows need lambda h^2 changed by -mu c_velocity h: without the h the force is 1/h times too large.
+// Theory erratum 4: velocity rows need lambda h^2 changed by -mu c_velocity h: without the h the force is 1/h times too
+// large.
 TEST(Errata, VelocityRowsGiveForcesThatDoNotDependOnTheStep) {
     forEachSolver([](const SolverDef& solver) {
         for (const double dt : {1.0 / 30, 1.0 / 60, 1.0 / 240}) {
@@ -1120,8 +1124,8 @@ TEST(Errata, VelocityRowsGiveForcesThatDoNotDependOnTheStep) {
     });
 }
 
-// Erratum 10: neighbours are coupled by -p12 . (1/m - [b] I^-1 [a]) p23, b the arm to the body before and a to the
-// next; 8.6 has them the other way round.
+// Theory erratum 10: neighbours are coupled by -p12 . (1/m - [b] I^-1 [a]) p23, b the arm to the body before and a to
+// the next; the printed 8.6 has them the other way round.
 TEST(Errata, CouplingOfNeighbouringRowsHasItsArmsInOrder) {
     TestRandom random(19);
     HandMadeIsland chain;

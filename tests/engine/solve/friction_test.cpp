@@ -1,4 +1,4 @@
-// Coulomb friction against its closed forms (facts/solvers 1.3): sliding, sticking, rolling, toppling.
+// Coulomb friction against its closed forms (theory section 3.8): sliding, sticking, rolling, toppling.
 #include "tests/engine/engine_kit.hpp"
 
 namespace cairn {
@@ -15,18 +15,18 @@ TEST(Friction, SlidingDistance) {
         for (const double angle : {0.0, pi / 4, 1.2}) {
             Worldd world({.solver = solver});
             addFloor(world, 0.5);
-            const Vec3d way(std::cos(angle), 0, std::sin(angle));
+            const Vec3d direction(std::cos(angle), 0, std::sin(angle));
             const BodyId block = world.add({.shapes = {withMaterial(box({0.5, 0.1, 0.5}), 0.5)},
                                             .position = Vec3d(0, 0.1, 0),
-                                            .linearVelocity = 5 * way,
+                                            .linearVelocity = 5 * direction,
                                             .mass = 2});
             const double dt = 1.0 / 240;
             run(world, 1.5, dt);
             const Vec3d moved = position(world, block) - Vec3d(0, 0.1, 0);
             const double expected = 25 / (2 * 0.5 * standardGravity) - 2.5 * dt / substepsOf(solver);
             const std::string what = solver.name + ", towards " + std::to_string(angle);
-            expectClose(what + ", sliding distance", moved.dot(way), expected, 2.1e-4);
-            expectBelow(what + ", sideways", moved.cross(way).norm(), 1e-3);
+            expectClose(what + ", sliding distance", moved.dot(direction), expected, 2.1e-4);
+            expectBelow(what + ", sideways", moved.cross(direction).norm(), 1e-3);
         }
     });
 }
@@ -37,10 +37,10 @@ TEST(Friction, ForceIsATrueCone) {
         for (const double angle : {0.0, pi / 8, pi / 4, pi / 2, 2.5}) {
             Worldd world({.solver = solver});
             addFloor(world, 0.5);
-            const Vec3d way(std::cos(angle), 0, std::sin(angle));
+            const Vec3d direction(std::cos(angle), 0, std::sin(angle));
             world.add({.shapes = {withMaterial(box({0.5, 0.05, 0.5}), 0.5)},
                        .position = Vec3d(0, 0.05, 0),
-                       .linearVelocity = 5 * way,
+                       .linearVelocity = 5 * direction,
                        .mass = 2});
             run(world, 0.5, 1.0 / 240);
             Vec3d friction = Vec3d::Zero();
@@ -51,8 +51,8 @@ TEST(Friction, ForceIsATrueCone) {
             }
             const std::string what = solver.name + ", towards " + std::to_string(angle);
             expectClose(what + ", normal force", normal, 2 * standardGravity, 0.03);
-            expectClose(what + ", friction against the motion", -friction.dot(way), standardGravity, 1e-2);
-            expectBelow(what + ", friction across", friction.cross(way).norm(), 1e-2);
+            expectClose(what + ", friction against the motion", -friction.dot(direction), standardGravity, 1e-2);
+            expectBelow(what + ", friction across", friction.cross(direction).norm(), 1e-2);
         }
     });
 }

@@ -186,8 +186,8 @@ TEST(Towers, OfTenLayersOfRoundShapesStandTwentySeconds) {
 }
 
 // A box on a floor that tilts slowly until it slides: every step moves it by less than the bound for a while.
-Vec3d tiltedSlide(double stillDistance, int& carried) {
-    Worldd world({.sleep = {.enabled = false}, .stillDistance = stillDistance});
+Vec3d tiltedSlide(double manifoldReuseDistance, int& carried) {
+    Worldd world({.sleep = {.enabled = false}, .manifoldReuseDistance = manifoldReuseDistance});
     world.add({.type = BodyType::Kinematic,
                .shapes = {withMaterial(box({5, 0.5, 5}), 0.1)},
                .position = Vec3d(0, -0.5, 0),
@@ -201,7 +201,7 @@ Vec3d tiltedSlide(double stillDistance, int& carried) {
     return position(world, crate);
 }
 
-TEST(StillPairs, AreCarriedAndChangeLittle) {
+TEST(ManifoldReuse, AreCarriedAndChangeLittle) {
     int none = 0;
     int some = 0;
     const Vec3d exact = tiltedSlide(0, none);
@@ -212,7 +212,7 @@ TEST(StillPairs, AreCarriedAndChangeLittle) {
 }
 
 // A ball that rolls by less than the bound in a step keeps its speed.
-TEST(StillPairs, DoNotDriveWhatRolls) {
+TEST(ManifoldReuse, DoNotDriveWhatRolls) {
     for (const double speed : {1e-3, 3e-3, 3e-2}) {
         Worldd world({.sleep = {.enabled = false}});
         addFloor(world);
@@ -226,7 +226,7 @@ TEST(StillPairs, DoNotDriveWhatRolls) {
 }
 
 // A still body that is thrown at another is looked for as far as it gets.
-TEST(StillPairs, AreAskedAgainWhenThrown) {
+TEST(ManifoldReuse, AreAskedAgainWhenThrown) {
     Worldd world({.gravity = Vec3d::Zero(), .sleep = {.enabled = false}});
     const BodyId a = addBox(world, Vec3d::Zero());
     const BodyId b = addBox(world, Vec3d(1.05, 0, 0));

@@ -201,16 +201,16 @@ TEST(Stacks, StruckTowerGainsNoEnergy) {
     world.add(
         {.shapes = {sphere(0.4)}, .position = Vec3d(-6, 6.67, 0.1), .linearVelocity = Vec3d(12, 0, 0), .mass = 3});
     const double start = motionOf(world).energy();
-    double most = start;
+    double largest = start;
     int unconverged = 0;
     double gained = 0;
     for (int i = 0; i < 240; ++i) {
         const StepReport& report = world.step(1.0 / 60);
         unconverged += report.flags & FlagUnconverged ? 1 : 0;
         gained += report.error.energyGained;
-        most = std::max(most, motionOf(world).energy());
+        largest = std::max(largest, motionOf(world).energy());
     }
-    expectBelow("struck tower, energy above the start, J", most - start, 0.01);
+    expectBelow("struck tower, energy above the start, J", largest - start, 0.01);
     expectBelow("struck tower, energy gained as reported, J", gained, 0.08);
     expectBelow("struck tower, unconverged steps", unconverged, 0);
     EXPECT_LT(motionOf(world).energy(), start - 50);
@@ -231,13 +231,13 @@ TEST(Stacks, DominoesFallAndGainNoEnergy) {
                                     .mass = 5}));
     }
     const double start = motionOf(world).energy();
-    double most = start;
+    double largest = start;
     int unconverged = 0;
     for (int i = 0; i < 240; ++i) {
         unconverged += world.step(1.0 / 60).flags & FlagUnconverged ? 1 : 0;
-        most = std::max(most, motionOf(world).energy());
+        largest = std::max(largest, motionOf(world).energy());
     }
-    expectBelow("dominoes, energy above the start, J", most - start, 0.01);
+    expectBelow("dominoes, energy above the start, J", largest - start, 0.01);
     expectBelow("dominoes, unconverged steps", unconverged, 0);
     for (const BodyId stone : stones) {
         const Vec3d up = world.pose(stone).rotation * Vec3d::UnitY();

@@ -1,4 +1,4 @@
-// Free flight, bounces, pendulums and tops against their closed forms (facts/solvers 1.3).
+// Free flight, bounces, pendulums and tops against their closed forms (theory section 3.8).
 #include "tests/engine/engine_kit.hpp"
 
 namespace cairn {
@@ -256,8 +256,8 @@ TEST(ClosedForm, HeavyTopPrecession) {
         world.add(BallDef{.a = ground, .b = top, .anchor = Vec3d::Zero()});
         const double dt = 1.0 / 1920;
         double turned = 0;
-        double least = pi;
-        double most = 0;
+        double smallest = pi;
+        double largest = 0;
         Vec3d before = axis;
         for (int i = 0; i < 1920; ++i) {
             world.step(dt);
@@ -265,12 +265,12 @@ TEST(ClosedForm, HeavyTopPrecession) {
             turned +=
                 std::atan2(before.z() * now.x() - before.x() * now.z(), before.x() * now.x() + before.z() * now.z());
             const double angle = std::acos(now.y());
-            least = std::min(least, angle);
-            most = std::max(most, angle);
+            smallest = std::min(smallest, angle);
+            largest = std::max(largest, angle);
             before = now;
         }
         expectClose(solver.name + ", precession, rad/s", turned, exact, 1.3e-3);
-        expectBelow(solver.name + ", nutation, rad", most - least, 7e-4);
+        expectBelow(solver.name + ", nutation, rad", largest - smallest, 7e-4);
     });
 }
 
@@ -281,13 +281,13 @@ TEST(ClosedForm, BouncesGainNoEnergyFromNothing) {
         Worldd world({.solver = solver, .sleep = {.enabled = false}});
         addFloor(world, 0.5, 1);
         world.add({.shapes = {withMaterial(sphere(0.5), 0.5, 1)}, .position = Vec3d(0, 2, 0), .mass = 1});
-        double most = 0;
+        double largest = 0;
         for (int i = 0; i < 240; ++i) {
             const StepReport& report = world.step(1.0 / 60);
             EXPECT_TRUE(report.ok()) << report.summary();
-            most = std::max(most, report.error.energyGained);
+            largest = std::max(largest, report.error.energyGained);
         }
-        expectBelow(solver.name + ", gained in a step, J", most, 1e-12);
+        expectBelow(solver.name + ", gained in a step, J", largest, 1e-12);
     });
 }
 

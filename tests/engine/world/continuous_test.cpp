@@ -51,7 +51,7 @@ std::vector<Missile> missiles() {
 struct Shots {
     int passed = 0;  // ever found wholly behind the wall while over it
     int held = 0;    // bodies held back, summed over the steps
-    int swept = 0;
+    int ccdBodies = 0;
     int unresolved = 0;  // of those
     int missing = 0;     // never touched the wall
 };
@@ -81,9 +81,9 @@ Shots shoot(const Missile& missile, Wall kind, int count, unsigned seed) {
                 touched = true;
                 left = 6;
             }
-            shots.swept += world.report().counts.sweptBodies;
-            shots.held += world.report().counts.heldBodies;
-            shots.unresolved += world.report().counts.unresolvedSweeps;
+            shots.ccdBodies += world.report().counts.ccdBodies;
+            shots.held += world.report().counts.ccdHeldBodies;
+            shots.unresolved += world.report().counts.ccdUnresolved;
         }
         shots.passed += passed ? 1 : 0;
         shots.missing += touched ? 0 : 1;
@@ -98,7 +98,7 @@ void expectNonePasses(Wall wall, const char* wallName, int count) {
         expectBelow(name + ": passed", shots.passed, 0);
         expectBelow(name + ": never touched", shots.missing, 0);
         // A thin rod that spins on along the wall comes near it more often than it is worth to tell apart.
-        expectBelow(name + ": not resolved, share of the sweeps", 1.0 * shots.unresolved / shots.swept,
+        expectBelow(name + ": not resolved, share of the queries", 1.0 * shots.unresolved / shots.ccdBodies,
                     missile.spin < 400 ? 0.15 : 0);
         EXPECT_GE(shots.held, count / 2) << name;
     }
@@ -163,7 +163,7 @@ TEST(Continuous, PassingByIsNoHit) {
         run(world, 0.1);
         expectBelow("change of speed passing by at " + std::to_string(gap) + " m", (velocity(world, bullet) - v).norm(),
                     0);
-        EXPECT_EQ(world.report().counts.heldBodies, 0);
+        EXPECT_EQ(world.report().counts.ccdHeldBodies, 0);
     }
 }
 
@@ -186,7 +186,7 @@ TEST(Continuous, JointedBodiesAreHeldTogether) {
     int held = 0;
     for (int i = 0; i < 60; ++i) {
         const StepReport& report = world.step(1.0 / 60);
-        held += report.counts.heldBodies;
+        held += report.counts.ccdHeldBodies;
         gap = std::max(gap, report.error.maxJointGap);
         for (const BodyId link : links) {
             ASSERT_LT(position(world, link).x(), 0) << i;
@@ -203,20 +203,20 @@ TEST(Continuous, NothingIsPaidWhereNothingIsFast) {
         addBox(world, Vec3d(1.1 * (i % 5), 0.5 + 1.05 * (i / 5), 0));
     }
     for (int i = 0; i < 60; ++i) {
-        EXPECT_EQ(world.step(1.0 / 60).counts.sweptBodies, 0);
+        EXPECT_EQ(world.step(1.0 / 60).counts.ccdBodies, 0);
     }
 }
 
 TEST(Continuous, AlwaysAndNeverAreObeyed) {
-    const auto swept = [](Continuous rule, double speed) {
+    const auto ccdBodies = [](Continuous rule, double speed) {
         Worldd world({.gravity = Vec3d::Zero()});
         world.add({.shapes = {sphere(0.1)}, .linearVelocity = Vec3d(speed, 0, 0), .continuous = rule});
-        return world.step(1.0 / 60).counts.sweptBodies;
+        return world.step(1.0 / 60).counts.ccdBodies;
     };
-    EXPECT_EQ(swept(Continuous::Always, 0.1), 1);
-    EXPECT_EQ(swept(Continuous::Never, 1000), 0);
-    EXPECT_EQ(swept(Continuous::Auto, 2.9), 0) << "4.8 cm a step, of 10 cm";
-    EXPECT_EQ(swept(Continuous::Auto, 3.1), 1);
+    EXPECT_EQ(ccdBodies(Continuous::Always, 0.1), 1);
+    EXPECT_EQ(ccdBodies(Continuous::Never, 1000), 0);
+    EXPECT_EQ(ccdBodies(Continuous::Auto, 2.9), 0) << "4.8 cm a step, of 10 cm";
+    EXPECT_EQ(ccdBodies(Continuous::Auto, 3.1), 1);
 }
 
 // What is held at an impact loses the rest of that step, and the speed that it would have fallen into in it: it comes
@@ -240,7 +240,7 @@ TEST(Bounces, OfHeldBallsErrNoMoreThanThoseOfOthers) {
         double top = 0;
         double time = 0;
         for (int i = 0; i * dt < 2.8 * speed / standardGravity; ++i) {
-            held += world.step(dt).counts.heldBodies;
+            held += world.step(dt).counts.ccdHeldBodies;
             if (i * dt > 1.2 * speed / standardGravity && velocity(world, ball).y() > 0) {
                 top = position(world, ball).y() - radius;
                 time = (i + 1) * dt + velocity(world, ball).y() / standardGravity;

@@ -62,7 +62,7 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
                         world.add(body);
                         std::visit(
                             [&](auto& d) {
-                                d.attachments = {{.body = world.add(load), .position = Vec3d::Zero(), .reach = 0.3}};
+                                d.attachments = {{.body = world.add(load), .position = Vec3d::Zero(), .radius = 0.3}};
                             },
                             def);
                         addDeformable(world, def);
@@ -275,18 +275,18 @@ TEST(Deformable, GainsNoEnergy) {
                                          .damping = 0});
         addBox(world, Vec3d(0.2, 2.1, 0), 10);
         const double first = motionOf(world).energy();
-        double most = 0;
+        double largest = 0;
         for (int i = 0; i < 90; ++i) {
             world.step(1.0 / 60);
-            most = std::max(most, motionOf(world).energy() - first);
+            largest = std::max(largest, motionOf(world).energy() - first);
         }
-        expectBelow(solver.name + ", energy gained, J, of " + std::to_string(first), most, 1e-2 * first);
+        expectBelow(solver.name + ", energy gained, J, of " + std::to_string(first), largest, 1e-2 * first);
     });
 }
 
-// One visit of the row of a tetrahedron is the seed's XPBD update (6.50 to 6.55), its denominator and damping term as
-// erratum 9 corrects them; with no compliance it is PBD's.
-TEST(Deformable, OneVisitOfATetrahedronIsTheSeedsUpdate) {
+// One visit of the row of a tetrahedron is the XPBD update of theory 6.5 and 6.7 (theory erratum 9); with no compliance
+// it is PBD's.
+TEST(Deformable, OneVisitOfATetrahedronIsTheXpbdUpdate) {
     const std::array<Vec3d, 4> rest = {Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(0.2, 1.1, 0), Vec3d(0.3, 0.2, 0.9)};
     const std::array<double, 4> mass = {1, 2, 0.5, 3};
     const double h = 1.0 / 60;
@@ -398,7 +398,7 @@ TEST(Deformable, BadInputIsRefusedAndLeavesTheWorldAsItWas) {
     refused("rope.mass", RopeDef{.mass = -1});
     refused("rope.radius", RopeDef{.radius = 0});
     refused("rope.damping", RopeDef{.damping = -1});
-    refused("attachments.reach", RopeDef{.attachments = {{.position = Vec3d(9, 0, 0), .reach = 1}}});
+    refused("attachments.radius", RopeDef{.attachments = {{.position = Vec3d(9, 0, 0), .radius = 1}}});
     refused("ball.a", RopeDef{.attachments = {{}}});
     refused("cloth.mesh", ClothDef{});
     refused("cloth.stretchStiffness", ClothDef{.mesh = sheet, .stretchStiffness = unlimited});

@@ -5,7 +5,7 @@
 // constant of solref at the least that it takes, two steps, with critical damping; solimp 0.99 to 0.999 in place of
 // 0.9 to 0.95 (of 0.95 to 0.99 too a load sinks in farther); elliptic cones, and impratio 10 against slip. At two steps
 // what slides chatters and stops elsewhere by 7 %: hence a dial with four. "softness as it comes" is without all that.
-#include "command/compare/peer_kit.hpp"
+#include "command/compare/reference_engine_kit.hpp"
 
 #include <mujoco/mujoco.h>
 
@@ -372,9 +372,9 @@ private:
     int geomCount_ = 0;
 };
 
-class MujocoPeer final : public Peer {
+class MujocoEngine final : public ReferenceEngine {
 public:
-    MujocoPeer(const Scene& scene, const MujocoSettings& settings)
+    MujocoEngine(const Scene& scene, const MujocoSettings& settings)
         : scene_(scene), substeps_(settings.substeps), joined_(joinedPairs(scene)) {
         mju_user_error = onError;
         mju_user_warning = onWarning;
@@ -491,7 +491,7 @@ private:
     }
 
     // MuJoCo's hook for filters is a global one without a pointer of the user's.
-    static thread_local const MujocoPeer* stepping;
+    static thread_local const MujocoEngine* stepping;
 
     const Scene scene_;
     const int substeps_;
@@ -503,17 +503,18 @@ private:
     std::vector<std::size_t> geomBodies_;  // the scene's body of each geom
 };
 
-thread_local const MujocoPeer* MujocoPeer::stepping = nullptr;
+thread_local const MujocoEngine* MujocoEngine::stepping = nullptr;
 
 }  // namespace
 
 Engine mujocoEngine() {
     const auto dial = [](std::string name, std::vector<double> values, MujocoSettings settings,
                          int MujocoSettings::*turned) {
-        return Dial{std::move(name), std::move(values), [=](const Scene& scene, double value) -> std::unique_ptr<Peer> {
+        return Dial{std::move(name), std::move(values),
+                    [=](const Scene& scene, double value) -> std::unique_ptr<ReferenceEngine> {
                         MujocoSettings set = settings;
                         set.*turned = static_cast<int>(value);
-                        return std::make_unique<MujocoPeer>(scene, set);
+                        return std::make_unique<MujocoEngine>(scene, set);
                     }};
     };
     return {engineName,

@@ -1,4 +1,4 @@
-#include "command/compare/peer_kit.hpp"
+#include "command/compare/reference_engine_kit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ Engine absentEngine(const std::string& name, const std::string& package) {
     return {name, "not built in: install Debian's " + package + " and configure anew", {}};
 }
 
-std::unique_ptr<Peer> makePeer(const Engine& engine, const Scene& scene) {
+std::unique_ptr<ReferenceEngine> makeReferenceEngine(const Engine& engine, const Scene& scene) {
     if (!engine.missing.empty()) {
         throw InputError("engine", engine.name, engine.missing);
     }

@@ -1,18 +1,18 @@
 #pragma once
-// Descent body after body (seed 6.1, 6.2, 7; Chen 2024, Giles 2025): with the present impulses of a body's rows,
+// Descent body after body (theory section 7; Chen 2024, Giles 2025): with the present impulses of a body's rows,
 //     p = P((d pc - e) / (d + s)),   1 / d = h^2 rho,
-// (e: the row's error at the present poses as a speed, moved_rows.hpp; P: bounds, and the disc of friction), the body's
-// own six equations M (v - v*) = sum of J^T p are solved to first order:
+// (e: the row's error at the present poses as a speed, nonlinear_rows.hpp; P: bounds, and the disc of friction), the
+// body's own six equations M (v - v*) = sum of J^T p are solved to first order:
 //     H dv = J^T p - M (v - v*),   H = M + sum of J^T J / (d + s) over the active rows + h^2 G,
 // with rows that dv itself opens or shuts taken in by a second and third look at the body's own rows: without it a body
 // that is hit moves as if nothing held it on the other side, and vbd gains energy in heaps without bound.
-// Each body is given its own due, so that a round keeps no momentum (7.3.2); in an island that nothing fixed holds, its
-// six rigid motions, which no row sees and which the rounds are slowest to find, are put right after each round, and
-// linear and angular momentum are kept.
-// G is the geometric stiffness on its diagonal (errata 12, 13). pc = 0: a stiff spring (vbd); pc moved to p after each
-// round of all bodies: an augmented Lagrangian (avbd).
+// Each body is given its own due, so that an iteration keeps no momentum (theory section 7.2); in an island that
+// nothing fixed holds, its six rigid motions, which no row sees and which the iterations are slowest to find, are put
+// right after each iteration, and linear and angular momentum are kept.
+// G is the geometric stiffness on its diagonal (theory 7.15). pc = 0: a stiff spring (vbd); pc moved to p after each
+// iteration over all bodies: an augmented Lagrangian (avbd).
 #include "engine/solve/position/geometric_stiffness.hpp"
-#include "engine/solve/position/moved_rows.hpp"
+#include "engine/solve/position/nonlinear_rows.hpp"
 
 namespace cairn {
 
@@ -23,18 +23,18 @@ enum class LoadRule {
 };
 
 template <class S>
-class BodyDescent {
+class BlockCoordinateDescent {
 public:
-    // `penalty`: of h^2 rho of hard rows to the mass on the load path. `share`: as of MovedRows.
-    BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness, LoadRule rule,
-                S penalty, S share = S(1));
+    // `penalty`: of h^2 rho of hard rows to the mass on the load path. `share`: as of NonlinearRows.
+    BlockCoordinateDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness,
+                           LoadRule rule, S penalty, S share = S(1));
 
-    // One round: over the bodies in their order, and back. Multipliers that move after every one-way sweep blow up
+    // One iteration: over the bodies in their order, and back. Multipliers that move after every one-way sweep blow up
     // where a body has several rows; after a symmetric one they do not, at any penalty (measured on a tower of ten
     // boxes; the theory is that of ADMM with symmetric Gauss-Seidel, Chen, Sun and Toh 2017).
     void descend();
-    // One way alone, the rigid motions left as they come out. As a whole round it is the seed's 7, and fit for study
-    // only: see above.
+    // One way alone, the rigid motions left as they come out. As a whole iteration it is the printed method (theory
+    // section 7.2), and fit for study only: see above.
     void sweep(bool backward);
     // Starts from the velocities before the sub-step and that share of its forces which the body gave way to in the
     // last step (Giles 2025): what rests starts at rest, what falls starts falling.
@@ -46,7 +46,7 @@ public:
     std::vector<S> centre;  // pc, N s or N m s; of soft rows unused
     std::vector<S> delta;   // d
 
-    MovedRows<S>& moved() { return moved_; }
+    NonlinearRows<S>& nonlinearRows() { return nonlinearRows_; }
     // The impulses at the present velocities and poses, into problem.p.
     void respond();
 
@@ -66,7 +66,7 @@ private:
     S h_;
     bool geometric_;
     bool free_ = true;  // no row holds the island to a fixed body
-    MovedRows<S> moved_;
+    NonlinearRows<S> nonlinearRows_;
     std::vector<Vec6<S>> vStar_;
     std::vector<std::vector<std::uint32_t>> blocksOf_;  // of each body
     std::vector<LocalRow> local_;

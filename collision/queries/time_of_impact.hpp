@@ -22,7 +22,7 @@ struct Motion {
 struct ImpactSettings {
     double gap = 1e-3;  // m, > 0: the distance at which shapes are said to meet, so that contacts find them apart
     // m, >= 0: meetings that get no deeper than this over the motion are left to the contacts, so that what slides on
-    // or over a seam does not stop. Held to a quarter of the thinner shape's inner radius.
+    // or over an internal edge does not stop. Held to a quarter of the thinner shape's inner radius.
     double slack = 5e-3;
 };
 
@@ -33,7 +33,7 @@ std::optional<Impact> timeOfImpact(std::span<const Shape> a, const Motion& motio
                                    const Motion& motionB, const ImpactSettings& settings = {});
 
 // How far the body's points can be moved by turning, m: no point of it travels farther than |displacement| + |turn|
-// times this. For choosing whom to sweep at all.
+// times this. For choosing who gets continuous collision at all.
 double turningRadius(std::span<const Shape> shapes, const Vec3d& centre);
 
 }  // namespace cairn

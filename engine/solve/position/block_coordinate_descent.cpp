@@ -1,4 +1,4 @@
-#include "engine/solve/position/body_descent.hpp"
+#include "engine/solve/position/block_coordinate_descent.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -10,7 +10,7 @@ namespace {
 // kg, for each block: the mass that rests or hangs on it. The heavier of its two bodies, or what its pair of bodies
 // carried in the last step in terms of weight; where nothing was carried yet, the heaviest body of the island. A
 // penalty of this mass over h^2 makes the augmented Lagrangian as fast at 1000 : 1 as at 1 : 1; one that is the same
-// for each row's own masses, or in newtons per metre, does not (facts/solvers 5.3).
+// for each row's own masses, or in newtons per metre, does not (theory section 9.4).
 template <class S>
 std::vector<S> loadMasses(const Island<S>& island, LoadRule rule) {
     S heaviest = 0;
@@ -48,13 +48,13 @@ std::vector<S> loadMasses(const Island<S>& island, LoadRule rule) {
 }  // namespace
 
 template <class S>
-BodyDescent<S>::BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness,
-                            LoadRule rule, S penalty, S share)
+BlockCoordinateDescent<S>::BlockCoordinateDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut,
+                                                  bool geometricStiffness, LoadRule rule, S penalty, S share)
     : island_(island),
       problem_(problem),
       h_(h),
       geometric_(geometricStiffness),
-      moved_(island, problem, h, pushOut, true, share),
+      nonlinearRows_(island, problem, h, pushOut, true, share),
       blocksOf_(island.bodies.size()),
       weight_(island.rows.size(), S(0)) {
     for (const SolverBody<S>& body : island.bodies) {
@@ -74,11 +74,11 @@ BodyDescent<S>::BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pu
                 blocksOf_[body].push_back(static_cast<std::uint32_t>(k));
             }
         }
-        // 1 / load for a row through the centres; scaled by its own mobility for one with arms, or in rad.
+        // 1 / load for a row through the centres; scaled by its own Delassus diagonal for one with arms, or in rad.
         const S ratio = load[k] * inverse * penalty;
-        moved_.forRows(block, [&](std::size_t i) {
-            if (moved_.hard(i) || island.rows[i].isVelocity) {
-                delta[i] = problem.terms[i].mobility / ratio;
+        nonlinearRows_.forRows(block, [&](std::size_t i) {
+            if (nonlinearRows_.hard(i) || island.rows[i].isVelocity) {
+                delta[i] = problem.terms[i].delassus / ratio;
             }
         });
         if (block.kind == BlockKind::Contact && block.count == 3) {
@@ -89,9 +89,9 @@ BodyDescent<S>::BodyDescent(Island<S>& island, RowProblem<S>& problem, S h, S pu
 }
 
 template <class S>
-void BodyDescent<S>::respondBlock(std::size_t k, const S* errors) {
+void BlockCoordinateDescent<S>::respondBlock(std::size_t k, const S* errors) {
     const RowBlock<S>& block = island_.blocks[k];
-    moved_.forRows(block, [&](std::size_t i) {
+    nonlinearRows_.forRows(block, [&](std::size_t i) {
         const RowTerms<S>& t = problem_.terms[i];
         const S scale = delta[i] + t.softness;
         const S y = scale > S(0) ? (delta[i] * centre[i] - *errors++) / scale : S(0);
@@ -101,9 +101,9 @@ void BodyDescent<S>::respondBlock(std::size_t k, const S* errors) {
     if (block.kind == BlockKind::Contact && block.count == 3) {
         const std::size_t i = static_cast<std::size_t>(block.first);
         const S length = planeLength(problem_.p[i + 1], problem_.p[i + 2]);
-        const S most = problem_.friction[k] * problem_.p[i];
-        if (length > most) {
-            const S share = most / length;
+        const S limit = problem_.friction[k] * problem_.p[i];
+        if (length > limit) {
+            const S share = limit / length;
             for (std::size_t t = i + 1; t < i + 3; ++t) {
                 problem_.p[t] *= share;
                 weight_[t] *= share;
@@ -113,27 +113,28 @@ void BodyDescent<S>::respondBlock(std::size_t k, const S* errors) {
 }
 
 template <class S>
-void BodyDescent<S>::respondBlock(std::size_t k) {
-    moved_.take(k);
+void BlockCoordinateDescent<S>::respondBlock(std::size_t k) {
+    nonlinearRows_.take(k);
     errors_.clear();
-    moved_.forRows(island_.blocks[k], [&](std::size_t i) { errors_.push_back(moved_.error(i, island_.blocks[k])); });
+    nonlinearRows_.forRows(island_.blocks[k],
+                           [&](std::size_t i) { errors_.push_back(nonlinearRows_.error(i, island_.blocks[k])); });
     respondBlock(k, errors_.data());
 }
 
 template <class S>
-void BodyDescent<S>::solveBody(std::size_t i) {
+void BlockCoordinateDescent<S>::solveBody(std::size_t i) {
     constexpr int looks = 3;
     const SolverBody<S>& body = island_.bodies[i];
     local_.clear();
     for (const std::uint32_t k : blocksOf_[i]) {
-        moved_.take(k);
+        nonlinearRows_.take(k);
         const RowBlock<S>& block = island_.blocks[k];
         int place = 0;
         while (block.body(place) != static_cast<int>(i)) {
             ++place;
         }
-        moved_.forRows(block, [&](std::size_t r) {
-            local_.push_back({bodyGradient(island_.rows[r], block, place), moved_.error(r, block)});
+        nonlinearRows_.forRows(block, [&](std::size_t r) {
+            local_.push_back({bodyGradient(island_.rows[r], block, place), nonlinearRows_.error(r, block)});
         });
     }
     problem_.visits += local_.size();
@@ -154,10 +155,10 @@ void BodyDescent<S>::solveBody(std::size_t i) {
             const RowBlock<S>& block = island_.blocks[k];
             std::array<S, 16> before;
             std::size_t n = 0;
-            moved_.forRows(block, [&](std::size_t r) { before[n++] = weight_[r]; });
+            nonlinearRows_.forRows(block, [&](std::size_t r) { before[n++] = weight_[r]; });
             respondBlock(k, errors_.data() + first);
             n = 0;
-            moved_.forRows(block, [&](std::size_t r) {
+            nonlinearRows_.forRows(block, [&](std::size_t r) {
                 const Vec6<S>& J = local_[first + n].J;
                 g += J * problem_.p[r];
                 H.noalias() += (weight_[r] * J) * J.transpose();
@@ -195,11 +196,11 @@ void BodyDescent<S>::solveBody(std::size_t i) {
         change += Eigen::LDLT<Mat6<S>>(H).solve(g);
     }
     problem_.v[i] += change;
-    moved_.follow(i);
+    nonlinearRows_.follow(i);
 }
 
 template <class S>
-void BodyDescent<S>::sweep(bool backward) {
+void BlockCoordinateDescent<S>::sweep(bool backward) {
     const std::size_t count = island_.bodies.size();
     for (std::size_t n = 0; n < count; ++n) {
         const std::size_t i = backward ? count - 1 - n : n;
@@ -210,14 +211,14 @@ void BodyDescent<S>::sweep(bool backward) {
 }
 
 template <class S>
-void BodyDescent<S>::keepMomentum() {
+void BlockCoordinateDescent<S>::keepMomentum() {
     S mass = 0;
     Vec3<S> middle = Vec3<S>::Zero();
     Vec3<S> linear = Vec3<S>::Zero();
     const auto forEach = [&](const auto& visit) {
         for (std::size_t i = 0; i < island_.bodies.size(); ++i) {
             if (!island_.bodies[i].fixed) {
-                visit(i, island_.bodies[i], moved_.startPosition(i));
+                visit(i, island_.bodies[i], nonlinearRows_.startPosition(i));
             }
         }
     };
@@ -249,7 +250,7 @@ void BodyDescent<S>::keepMomentum() {
 }
 
 template <class S>
-void BodyDescent<S>::descend() {
+void BlockCoordinateDescent<S>::descend() {
     sweep(false);
     sweep(true);
     if (free_) {
@@ -258,7 +259,7 @@ void BodyDescent<S>::descend() {
 }
 
 template <class S>
-void BodyDescent<S>::startFromLastStep() {
+void BlockCoordinateDescent<S>::startFromLastStep() {
     for (std::size_t i = 0; i < island_.bodies.size(); ++i) {
         const SolverBody<S>& body = island_.bodies[i];
         if (body.fixed) {
@@ -274,21 +275,21 @@ void BodyDescent<S>::startFromLastStep() {
 }
 
 template <class S>
-void BodyDescent<S>::follow() {
+void BlockCoordinateDescent<S>::follow() {
     for (std::size_t i = 0; i < island_.bodies.size(); ++i) {
-        moved_.follow(i);
+        nonlinearRows_.follow(i);
     }
 }
 
 template <class S>
-void BodyDescent<S>::respond() {
+void BlockCoordinateDescent<S>::respond() {
     for (std::size_t k = 0; k < island_.blocks.size(); ++k) {
         respondBlock(k);
     }
 }
 
 template <class S>
-void BodyDescent<S>::moveCentres() {
+void BlockCoordinateDescent<S>::moveCentres() {
     respond();
     for (std::size_t i = 0; i < centre.size(); ++i) {
         if (delta[i] > S(0)) {
@@ -297,7 +298,7 @@ void BodyDescent<S>::moveCentres() {
     }
 }
 
-template class BodyDescent<float>;
-template class BodyDescent<double>;
+template class BlockCoordinateDescent<float>;
+template class BlockCoordinateDescent<double>;
 
 }  // namespace cairn

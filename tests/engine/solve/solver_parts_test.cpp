@@ -14,9 +14,9 @@ using Dense = Eigen::MatrixXd;
 using DenseVector = Eigen::VectorXd;
 
 template <class S>
-class SolverPieces : public testing::Test {};
+class SolverParts : public testing::Test {};
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(SolverPieces, Scalars);
+TYPED_TEST_SUITE(SolverParts, Scalars);
 
 using Edge = std::array<int, 2>;
 
@@ -41,7 +41,7 @@ Mat6<S> randomBlock(TestRandom& random) {
     return m;
 }
 
-TYPED_TEST(SolverPieces, BlockCholeskyAgreesWithDense) {
+TYPED_TEST(SolverParts, BlockCholeskyAgreesWithDense) {
     using S = TypeParam;
     TestRandom random(1);
     BlockCholesky<S> factor;
@@ -92,7 +92,7 @@ TYPED_TEST(SolverPieces, BlockCholeskyAgreesWithDense) {
     expectBelow("block Cholesky, relative error", worst, std::is_same_v<S, float> ? 2e-6 : 5e-15);
 }
 
-TYPED_TEST(SolverPieces, BlockCholeskyRefusesAnIndefiniteMatrix) {
+TYPED_TEST(SolverParts, BlockCholeskyRefusesAnIndefiniteMatrix) {
     using S = TypeParam;
     BlockCholesky<S> factor;
     factor.analyse(2, {{0, 1}});
@@ -103,7 +103,7 @@ TYPED_TEST(SolverPieces, BlockCholeskyRefusesAnIndefiniteMatrix) {
     EXPECT_FALSE(factor.factor());
 }
 
-TYPED_TEST(SolverPieces, BlockCholeskyOfAChainIsLinear) {
+TYPED_TEST(SolverParts, BlockCholeskyOfAChainIsLinear) {
     using S = TypeParam;
     const auto workOf = [](int nodes) {
         std::vector<Edge> edges;
@@ -194,9 +194,9 @@ std::vector<Vec6<double>> denseReference(const Island<double>& island, const std
             const double width = std::max(A(i + 1, i + 1), A(i + 2, i + 2));
             Eigen::Vector2d t =
                 p.segment<2>(i + 1) - (free.segment<2>(i + 1) + A.middleRows<2>(i + 1) * p) / width / 1.5;
-            const double most = mu * p(i);
-            if (t.norm() > most) {
-                t *= most / t.norm();
+            const double limit = mu * p(i);
+            if (t.norm() > limit) {
+                t *= limit / t.norm();
             }
             p.segment<2>(i + 1) = t;
             change = std::max(change, (p.segment<3>(i) - before).cwiseAbs().maxCoeff());
@@ -243,7 +243,7 @@ NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, doub
             const std::size_t i = static_cast<std::size_t>(island.blocks[k].first) + r;
             bool hard = false;
             newton.problem.terms[i] =
-                rowTerms(island.rows[i], island.mobility(island.rows[i], island.blocks[k]), 1.0, hard);
+                rowTerms(island.rows[i], island.delassus(island.rows[i], island.blocks[k]), 1.0, hard);
             newton.problem.p[i] = 0;
             if (r == 0) {
                 bias[i] = newton.problem.terms[i].bias = random.uniform(-0.2, 0.5);
@@ -255,10 +255,10 @@ NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, doub
     }
     NewtonOptions options;
     options.regularisation = 1e-4;
-    options.leastRegularisation = 1e-9;
+    options.minRegularisation = 1e-9;
     options.tolerance = 1e-10;
-    options.liftTolerance = 1e-9;
-    options.maxRounds = 1000;
+    options.deSaxceTolerance = 1e-9;
+    options.maxIterations = 1000;
     const NewtonReport report = newton.solve(island, options);
     EXPECT_TRUE(report.converged) << "seed " << seed;
 
@@ -273,20 +273,20 @@ NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, doub
     for (const RowBlock<double>& block : island.blocks) {
         Vec3d p;
         Vec3d u;
-        double mobility = 0;
+        double delassus = 0;
         for (int r = 0; r < 3; ++r) {
             const std::size_t i = static_cast<std::size_t>(block.first + r);
             const Row<double>& row = island.rows[i];
             p(r) = newton.problem.p[i];
             u(r) = newton.problem.rowVelocity(row, block) + bias[i];
-            mobility = std::max(mobility, island.mobility(row, block));
+            delassus = std::max(delassus, island.delassus(row, block));
             pushed[static_cast<std::size_t>(block.a)] +=
                 island.bodies[static_cast<std::size_t>(block.a)].applyInverseMass(row.a * p(r));
             pushed[static_cast<std::size_t>(block.b)] +=
                 island.bodies[static_cast<std::size_t>(block.b)].applyInverseMass(row.b * p(r));
         }
         u.x() += mu * std::hypot(u.y(), u.z());
-        errors.coulomb = std::max(errors.coulomb, mobility * (p - nearestOnCone(p - u / mobility, mu)).norm());
+        errors.coulomb = std::max(errors.coulomb, delassus * (p - nearestOnCone(p - u / delassus, mu)).norm());
     }
     for (std::size_t i = 0; i < pushed.size(); ++i) {
         EXPECT_LE((pushed[i] - newton.problem.v[i]).norm(), 1e-12) << "v = v* + M^-1 J^T p";

@@ -1,4 +1,4 @@
-#include "engine/measure/ledger.hpp"
+#include "engine/measure/balance.hpp"
 #include "engine/model/gyroscopics.hpp"
 
 namespace cairn {
@@ -66,7 +66,7 @@ S workedOver(const Island<S>& island, const Row<S>& row, const RowBlock<S>& bloc
 }  // namespace
 
 template <class S>
-Ledger<S>::Ledger(const Island<S>& island, bool balances) : balances_(balances) {
+Balance<S>::Balance(const Island<S>& island, bool balances) : balances_(balances) {
     momentum_.reserve(island.bodies.size());
     for (const SolverBody<S>& body : island.bodies) {
         S twiceEnergy = 0;
@@ -76,7 +76,7 @@ Ledger<S>::Ledger(const Island<S>& island, bool balances) : balances_(balances) 
 }
 
 template <class S>
-void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
+void Balance<S>::close(Island<S>& island, S h, SolveReport& report) {
     const bool balance = !balances_ || isFirst_ || island.isLast;
     isFirst_ = false;
     S explained = 0;
@@ -86,7 +86,7 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
     Vec3<S> defect = Vec3<S>::Zero();
     static thread_local std::vector<Vec6<S>> room;
     room.resize(island.bodies.size());
-    Vec6<S>* const unexplained = room.data();
+    Vec6<S>* const momentumResidual = room.data();
     for (std::size_t i = 0; i < island.bodies.size(); ++i) {
         const SolverBody<S>& body = island.bodies[i];
         explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
@@ -101,11 +101,11 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
         }
         S twiceEnergy = 0;
         const Vec6<S> p = motionOf(body, twiceEnergy);
-        unexplained[i] = p - momentum_[i] - body.outside;
+        momentumResidual[i] = p - momentum_[i] - body.externalImpulse;
         momentum_[i] = p;
         after += S(0.5) * twiceEnergy;
         // Together, what the rows gave cancels, but for what came from fixed bodies.
-        defect += unexplained[i].template head<3>();
+        defect += momentumResidual[i].template head<3>();
     }
     S force = balance ? S(0) : force_;
     // Contacts add no energy, unless what moves by itself takes part.
@@ -120,7 +120,7 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
                 // What the fixed body takes, the others get from outside.
                 defect += given.template head<3>();
             } else {
-                unexplained[body] -= given;
+                momentumResidual[body] -= given;
             }
         };
         Vec6<S> onA = Vec6<S>::Zero();
@@ -168,8 +168,8 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
         if (body.fixed) {
             continue;
         }
-        const S own = unexplained[i].dot(body.applyInverseMass(unexplained[i]));
-        body.unexplained = std::max(body.unexplained, std::sqrt(own));
+        const S own = momentumResidual[i].dot(body.applyInverseMass(momentumResidual[i]));
+        body.momentumResidual = std::max(body.momentumResidual, std::sqrt(own));
         squared += own;
     }
     const double whole = static_cast<double>(defect.norm());
@@ -178,7 +178,7 @@ void Ledger<S>::close(Island<S>& island, S h, SolveReport& report) {
     report.residualMomentum = std::max(report.residualMomentum, residual);
 }
 
-template class Ledger<float>;
-template class Ledger<double>;
+template class Balance<float>;
+template class Balance<double>;
 
 }  // namespace cairn

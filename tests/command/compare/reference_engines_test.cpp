@@ -1,5 +1,5 @@
 // The engines under comparison do what mechanics says, and are judged by what they did.
-#include "command/compare/peers.hpp"
+#include "command/compare/reference_engines.hpp"
 #include "base/so3.hpp"
 #include "demos/scenes/scenes.hpp"
 
@@ -27,10 +27,10 @@ std::vector<Engine> present() {
 class EveryEngine : public testing::TestWithParam<Engine> {
 protected:
     // To the scene's end.
-    static std::unique_ptr<Peer> run(const Scene& scene) {
-        std::unique_ptr<Peer> peer = makePeer(GetParam(), scene);
-        runPeer(*peer, scene, nullptr);
-        return peer;
+    static std::unique_ptr<ReferenceEngine> run(const Scene& scene) {
+        std::unique_ptr<ReferenceEngine> reference = makeReferenceEngine(GetParam(), scene);
+        runReference(*reference, scene, nullptr);
+        return reference;
     }
 };
 
@@ -38,15 +38,15 @@ std::string engineName(const testing::TestParamInfo<Engine>& tested) {
     return tested.param.name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Peers, EveryEngine, testing::ValuesIn(present()), engineName);
+INSTANTIATE_TEST_SUITE_P(ReferenceEngines, EveryEngine, testing::ValuesIn(present()), engineName);
 
 TEST_P(EveryEngine, ABoxAtRestStays) {
     Scene scene = makeScene("tower", {{"n", 1}});
     scene.seconds = 2;
-    const auto peer = run(scene);
+    const auto reference = run(scene);
     // MuJoCo's contacts give way by design.
-    EXPECT_NEAR((peer->pose(1).position - scene.bodies[1].position).norm(), 0, 2e-3);
-    EXPECT_TRUE(peer->pose(0).position.isApprox(scene.bodies[0].position));
+    EXPECT_NEAR((reference->pose(1).position - scene.bodies[1].position).norm(), 0, 2e-3);
+    EXPECT_TRUE(reference->pose(0).position.isApprox(scene.bodies[0].position));
 }
 
 TEST_P(EveryEngine, FreeFallIsThatOfSymplecticEuler) {
@@ -55,44 +55,44 @@ TEST_P(EveryEngine, FreeFallIsThatOfSymplecticEuler) {
         body.shapes[0].material.restitution = 0;
     }
     scene.seconds = 1;
-    const auto peer = run(scene);
+    const auto reference = run(scene);
     const double g = 9.81;
     const double fall = g / 2 * (1 + scene.dt);  // after 1 s in steps that take the new speed
     // Cairn's ball is met by no sub-step, Bullet counts in float.
-    EXPECT_NEAR(scene.bodies[1].position.y() - peer->pose(1).position.y(), fall, 2e-5);
-    EXPECT_NEAR(peer->velocity(1).y(), -g, 2e-5);
+    EXPECT_NEAR(scene.bodies[1].position.y() - reference->pose(1).position.y(), fall, 2e-5);
+    EXPECT_NEAR(reference->velocity(1).y(), -g, 2e-5);
 }
 
 TEST_P(EveryEngine, ABlockSlidesAsFarAsFrictionSays) {
     const Scene scene = makeScene("slide");
-    const auto peer = run(scene);
-    const double way = 5 * 5 / (2 * 0.5 * 9.81);
-    EXPECT_NEAR(peer->pose(1).position.x() - scene.bodies[1].position.x(), way, 0.1 * way);
-    EXPECT_NEAR(peer->velocity(1).norm(), 0, 1e-2);
+    const auto reference = run(scene);
+    const double distance = 5 * 5 / (2 * 0.5 * 9.81);
+    EXPECT_NEAR(reference->pose(1).position.x() - scene.bodies[1].position.x(), distance, 0.1 * distance);
+    EXPECT_NEAR(reference->velocity(1).norm(), 0, 1e-2);
 }
 
 TEST_P(EveryEngine, FrictionOfAPairIsTheRootOfTheProduct) {
     Scene scene = makeScene("slide");
     scene.bodies[0].shapes[0].material.friction = 1;
     scene.bodies[1].shapes[0].material.friction = 0.25;
-    const auto peer = run(scene);
-    const double way = 5 * 5 / (2 * 0.5 * 9.81);
-    EXPECT_NEAR(peer->pose(1).position.x() - scene.bodies[1].position.x(), way, 0.1 * way);
+    const auto reference = run(scene);
+    const double distance = 5 * 5 / (2 * 0.5 * 9.81);
+    EXPECT_NEAR(reference->pose(1).position.x() - scene.bodies[1].position.x(), distance, 0.1 * distance);
 }
 
 TEST_P(EveryEngine, AChainHangsTogether) {
     Scene scene = makeScene("chain", {{"links", 5}});
     scene.seconds = 1;
     ErrorMeter meter(scene);
-    const auto peer = makePeer(GetParam(), scene);
-    const PeerRun measured = runPeer(*peer, scene, &meter);
+    const auto reference = makeReferenceEngine(GetParam(), scene);
+    const ReferenceRun measured = runReference(*reference, scene, &meter);
     ASSERT_EQ(meter.measures().size(), 1u);  // links pass through each other
     EXPECT_EQ(meter.measures()[0].key, "max_joint_gap_m");
     EXPECT_TRUE(measured.finite);
     EXPECT_LT(measured.errors[0], 0.1);
     // It has swung down, and its hook has not moved.
-    EXPECT_LT(peer->pose(5).position.y(), scene.bodies[5].position.y() - 1);
-    EXPECT_NEAR((peer->pose(0).position - scene.bodies[0].position).norm(), 0, 1e-12);
+    EXPECT_LT(reference->pose(5).position.y(), scene.bodies[5].position.y() - 1);
+    EXPECT_NEAR((reference->pose(0).position - scene.bodies[0].position).norm(), 0, 1e-12);
 }
 
 TEST_P(EveryEngine, AHingeTurnsAboutItsAxisAlone) {
@@ -105,8 +105,8 @@ TEST_P(EveryEngine, AHingeTurnsAboutItsAxisAlone) {
                                   .mass = 1,
                                   .filter = {.group = -1}});
     scene.add("hinge", HingeDef{.a = post, .b = bar, .anchor = Vec3d::Zero(), .axis = Vec3d::UnitZ()});
-    const auto peer = run(scene);
-    const Posed pose = peer->pose(1);
+    const auto reference = run(scene);
+    const Posed pose = reference->pose(1);
     EXPECT_NEAR((pose.rotation * Vec3d::UnitZ() - Vec3d::UnitZ()).norm(), 0, 1e-3);
     EXPECT_NEAR(pose.position.norm(), 0.5, 0.02);
     EXPECT_LT(pose.position.y(), -0.3);
@@ -116,11 +116,11 @@ TEST_P(EveryEngine, AConstantForceSpeedsUpASmoothBody) {
     Scene scene = makeScene("simbench_rolling", {{"side", 1}, {"push", 1}});
     scene.seconds = 0.2;
     ErrorMeter meter(scene);
-    const auto peer = makePeer(GetParam(), scene);
-    const PeerRun measured = runPeer(*peer, scene, &meter);
+    const auto reference = makeReferenceEngine(GetParam(), scene);
+    const ReferenceRun measured = runReference(*reference, scene, &meter);
     EXPECT_EQ(meter.measures()[0].key, "mean_square_velocity_m2_s2");
     EXPECT_LT(measured.errors[0], 3e-2);
-    EXPECT_GT(peer->velocity(1).x(), 1);
+    EXPECT_GT(reference->velocity(1).x(), 1);
 }
 
 TEST_P(EveryEngine, BodiesOffTheirCentreOfMassFallStraight) {
@@ -129,18 +129,18 @@ TEST_P(EveryEngine, BodiesOffTheirCentreOfMassFallStraight) {
     Shape side = box({0.2, 0.2, 0.2});
     side.pose.position = Vec3d(1, 0, 0);
     scene.add({.name = "far", .shapes = {side}, .position = Vec3d(0, 5, 0), .angularVelocity = Vec3d(0, 2, 0)});
-    const auto peer = run(scene);
-    const Vec3d centre = peer->pose(0) * Vec3d(1, 0, 0);
+    const auto reference = run(scene);
+    const Vec3d centre = reference->pose(0) * Vec3d(1, 0, 0);
     const double fall = 9.81 / 2 * 0.5 * (0.5 + scene.dt);
     EXPECT_NEAR((centre - Vec3d(1, 5 - fall, 0)).norm(), 0, 1e-4);
-    EXPECT_NEAR((peer->velocity(0) - Vec3d(0, -9.81 * 0.5, 0)).norm(), 0, 1e-4);
-    const Vec3d turned = peer->pose(0).rotation * Vec3d::UnitX();
+    EXPECT_NEAR((reference->velocity(0) - Vec3d(0, -9.81 * 0.5, 0)).norm(), 0, 1e-4);
+    const Vec3d turned = reference->pose(0).rotation * Vec3d::UnitX();
     EXPECT_NEAR(std::atan2(-turned.z(), turned.x()), 1, 1e-4);
 }
 
-TEST(Peers, AnAbsentOneSaysWhatToInstall) {
+TEST(ReferenceEngines, AnAbsentOneSaysWhatToInstall) {
     try {
-        makePeer(absentEngine("ode", "libode-dev"), makeScene("heavy"));
+        makeReferenceEngine(absentEngine("ode", "libode-dev"), makeScene("heavy"));
         FAIL();
     } catch (const InputError& error) {
         EXPECT_EQ(error.field(), "engine");
@@ -153,14 +153,14 @@ TEST(Peers, AnAbsentOneSaysWhatToInstall) {
     }
 }
 
-TEST(Peers, WhatHasNoCounterpartIsNamed) {
+TEST(ReferenceEngines, WhatHasNoCounterpartIsNamed) {
     for (const Engine& engine : present()) {
         if (engine.name == "cairn") {
             continue;
         }
         for (const char* const scene : {"jelly", "ragdoll"}) {
             try {
-                makePeer(engine, makeScene(scene));
+                makeReferenceEngine(engine, makeScene(scene));
             } catch (const InputError& error) {
                 const std::string words = error.what();
                 EXPECT_NE(words.find(engine.name), std::string::npos) << words;
@@ -173,7 +173,7 @@ TEST(Peers, WhatHasNoCounterpartIsNamed) {
 }
 
 // A world that is wherever it is told to be.
-class Placed final : public Peer {
+class Placed final : public ReferenceEngine {
 public:
     explicit Placed(const Scene& scene) {
         for (const BodyDef& body : scene.bodies) {
@@ -309,7 +309,7 @@ TEST(Fronts, AreSetAgainstCairns) {
         c.run.errors = {error};
         return c;
     };
-    const std::vector<Measure> measures = {{.key = "e", .words = "e", .least = 1e-6, .most = 0.1}};
+    const std::vector<Measure> measures = {{.key = "e", .words = "e", .min = 1e-6, .max = 0.1}};
     const std::vector<Compared> runs = {at("cairn", 1, 2, 1e-3),   at("cairn", 2, 10, 1e-9),  //
                                         at("bullet", 1, 1, 1e-2),  at("bullet", 2, 4, 5e-3),
                                         at("bullet", 3, 3, 6e-3),  at("bullet", 4, 5, 9e-3),  // beaten by its own kind
@@ -328,11 +328,11 @@ TEST(Fronts, AreSetAgainstCairns) {
     EXPECT_TRUE(points[4].matched);  // both are below what counts
 }
 
-TEST(PeerRun, IsCutWhereItTakesTooLong) {
+TEST(ReferenceRun, IsCutWhereItTakesTooLong) {
     const Scene scene = makeScene("pile", {{"n", 30}});
-    const auto peer = makePeer(engines().front(), scene);
-    const PeerRun run = runPeer(*peer, scene, nullptr, 1e-6);
-    EXPECT_TRUE(run.cut);
+    const auto reference = makeReferenceEngine(engines().front(), scene);
+    const ReferenceRun run = runReference(*reference, scene, nullptr, 1e-6);
+    EXPECT_TRUE(run.truncated);
     EXPECT_EQ(run.steps, 1);
     EXPECT_GT(run.meanMs, 0);
     EXPECT_TRUE(run.errors.empty());

@@ -1,11 +1,11 @@
 #pragma once
 // Rows as a non-linear solver sees them: asked at the poses x(v) that the present velocities lead to, not at those of
 // the start of the sub-step. The unknowns are the velocities v and impulses p of the linear solvers; with
-// x(v) = x_0 moved by h v, the seed's displacement dX is h times the change of v, and its update 4.72 of a row is
+// x(v) = x_0 moved by h v, a displacement is h times the change of v, and the update of a row, theory 6.2, is
 //     p_i <- clamp(p_i - xi e_i / (A_ii + s_i)),   e_i = (C_i(x(v)) - keep_i) / h   for a hard row,
-// which is the update of linear Gauss-Seidel with C + h J v replaced by C itself (seed 4.8, 4.12). `keep` is an error
-// found at the start of the sub-step that is left to stabilise(): an impulse that also corrects is no force to start
-// the next step from (facts/solvers 5.4, finding b).
+// which is the update of linear Gauss-Seidel with C + h J v replaced by C itself (theory section 6.1). `keep` is an
+// error found at the start of the sub-step that is left to stabilise(): an impulse that also corrects is no force to
+// start the next step from (theory section 9.5, finding b).
 #include "engine/solve/velocity/sweep.hpp"
 
 namespace cairn {
@@ -18,12 +18,12 @@ inline constexpr double slop = 1e-5;
 inline constexpr double contactShare = 0.2;
 
 template <class S>
-class MovedRows {
+class NonlinearRows {
 public:
     // `problem.v` is the state; the poses of `island` follow it until restore().
     // Errors are corrected no faster than `pushOut`, m/s; 0: not at all, all are kept. `share`: the most of an error
     // that a sub-step corrects.
-    MovedRows(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool refreshRows, S share = S(1))
+    NonlinearRows(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool refreshRows, S share = S(1))
         : island_(island), problem_(problem), h_(h), refresh_(refreshRows), start_(island.bodies) {
         const std::size_t rows = island.rows.size();
         keep_.assign(rows, S(0));
@@ -38,18 +38,18 @@ public:
             forRows(block, [&](std::size_t i) {
                 const Row<S>& row = island.rows[i];
                 bool hard = false;
-                problem.terms[i] = rowTerms(row, island.responses[i].mobility, h, hard);
+                problem.terms[i] = rowTerms(row, island.responses[i].delassus, h, hard);
                 hard_[i] = hard;
                 if (hard) {
                     problem.terms[i].bias = row.C / h;
                     const bool equality = row.lo < S(0) && row.hi > S(0);
-                    const S most = h * pushOut;
+                    const S limit = h * pushOut;
                     if (equality) {
-                        keep_[i] = row.C - std::clamp(share * row.C, -most, most);
+                        keep_[i] = row.C - std::clamp(share * row.C, -limit, limit);
                     } else if (row.C < S(0)) {
                         // A share of it, or the corners of a box throw it about.
                         const S part = std::min(share, static_cast<S>(contactShare)) * row.C;
-                        keep_[i] = std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(most, -part)));
+                        keep_[i] = std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(limit, -part)));
                     }
                     problem.terms[i].bias -= keep_[i] / h;
                 }
@@ -108,7 +108,8 @@ public:
     // Friction asks of a sub-step that nothing slips in it. What a few sweeps leave is lost to it, where a normal row
     // still finds its depth in the next sub-step: always the same little error makes what should stick creep, and
     // towers lean until they fall. So slip is kept account of while a contact sticks, and `share` of it is taken back
-    // in a sub-step. Not for solvers that start from the last lambda: finding b of 5.4 holds of friction too.
+    // in a sub-step. Not for solvers that start from the last lambda: finding b of theory section 9.5 holds of friction
+    // too.
     void takeSlipBack(S share) {
         forSlips([&](const ContactPointState<S>& point, std::size_t, std::size_t i) {
             slipRate_[i] = share * point.slip.dot(island_.rows[i].b.template head<3>()) / h_;
@@ -167,10 +168,10 @@ private:
     template <class Visit>
     void forSlips(const Visit& visit) {
         std::size_t k = static_cast<std::size_t>(island_.jointBlocks);
-        for (auto& link : island_.patches) {
-            for (std::size_t n = 0; n < static_cast<std::size_t>(link.patch->manifold.count); ++n, ++k) {
+        for (auto& link : island_.manifolds) {
+            for (std::size_t n = 0; n < static_cast<std::size_t>(link.manifold->geometry.count); ++n, ++k) {
                 for (int t = 1; t < island_.blocks[k].count; ++t) {
-                    visit(link.patch->points[n], k, static_cast<std::size_t>(island_.blocks[k].first + t));
+                    visit(link.manifold->points[n], k, static_cast<std::size_t>(island_.blocks[k].first + t));
                 }
             }
         }
@@ -185,11 +186,11 @@ private:
         for (std::size_t i = first; i < first + bounded; ++i) {
             RowTerms<S>& t = problem_.terms[i];
             const Row<S>& row = island_.rows[i];
-            t.mobility = refresh_ ? island_.mobility(row, block) : t.mobility;
-            if (t.mobility > S(0)) {
+            t.delassus = refresh_ ? island_.delassus(row, block) : t.delassus;
+            if (t.delassus > S(0)) {
                 // The rows of one block share their poses: what an earlier one moved shows through J.
                 const S e = errorAfterBlock(i, block);
-                const S scale = t.mobility + t.softness;
+                const S scale = t.delassus + t.softness;
                 const S dp =
                     std::clamp(problem_.p[i] - relaxation * (e + t.softness * problem_.p[i]) / scale, t.lo, t.hi) -
                     problem_.p[i];
@@ -199,25 +200,25 @@ private:
             }
         }
         if (contact && block.count == 3 && problem_.friction[k] >= S(0)) {
-            const S most = problem_.friction[k] * problem_.p[first];
+            const S limit = problem_.friction[k] * problem_.p[first];
             S wanted[2];
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
-                const S mobility = island_.mobility(island_.rows[i], block);
-                problem_.terms[i].mobility = mobility;
+                const S delassus = island_.delassus(island_.rows[i], block);
+                problem_.terms[i].delassus = delassus;
                 wanted[t] = problem_.p[i];
-                if (mobility > S(0)) {
-                    wanted[t] -= relaxation * (problem_.rowVelocity(island_.rows[i], block) + slipRate_[i]) / mobility;
+                if (delassus > S(0)) {
+                    wanted[t] -= relaxation * (problem_.rowVelocity(island_.rows[i], block) + slipRate_[i]) / delassus;
                 }
             }
             const S length = planeLength(wanted[0], wanted[1]);
-            const S scale = length > most ? most / length : S(1);
+            const S scale = length > limit ? limit / length : S(1);
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
                 const S dp = scale * wanted[t] - problem_.p[i];
                 push(island_.rows[i], block, dp);
                 problem_.p[i] += dp;
-                change += problem_.terms[i].mobility * dp * dp;
+                change += problem_.terms[i].delassus * dp * dp;
             }
         }
         for (std::size_t n = 0; n < moved_.size(); ++n) {
@@ -264,9 +265,9 @@ private:
     std::array<Vec6<S>, 4> moved_{Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero()};
 };
 
-// The velocity pass of solvers that push errors out by the velocities that move the bodies (seed 4.11, second variant;
-// Mueller 2020): at the new poses, contacts that were pushed apart lose that speed, and friction and motors are asked
-// again, within the impulses of `problem`, which it changes.
+// The velocity pass of solvers that push errors out by the velocities that move the bodies (theory 6.8; Mueller 2020):
+// at the new poses, contacts that were pushed apart lose that speed, and friction and motors are asked again, within
+// the impulses of `problem`, which it changes.
 template <class S>
 void velocityPass(Island<S>& island, RowProblem<S>& problem) {
     constexpr int sweeps = 4;  // one leaves half of the speed in a four-point manifold
@@ -276,13 +277,13 @@ void velocityPass(Island<S>& island, RowProblem<S>& problem) {
     }
     for (const RowBlock<S>& block : island.blocks) {
         const bool contact = block.kind == BlockKind::Contact;
-        MovedRows<S>::forRows(block, [&](std::size_t i) {
+        NonlinearRows<S>::forRows(block, [&](std::size_t i) {
             const bool normal = contact && static_cast<int>(i) == block.first;
             RowTerms<S>& t = problem.terms[i];
             t.softness = S(0);
             t.bias = normal ? S(0) : t.bias;
             if (normal ? problem.p[i] == S(0) : !island.rows[i].isVelocity) {
-                t.mobility = S(0);
+                t.delassus = S(0);
             }
         });
     }
@@ -310,7 +311,7 @@ std::size_t stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
             const RowBlock<S>& block = island.blocks[k];
             visits += static_cast<std::size_t>(block.count);
             bool stale = false;
-            MovedRows<S>::forRows(block, [&](std::size_t i) {
+            NonlinearRows<S>::forRows(block, [&](std::size_t i) {
                 const Row<S>& row = island.rows[i];
                 if (row.isVelocity || row.isSoft()) {
                     return;
@@ -320,20 +321,20 @@ std::size_t stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
                 }
                 const bool equality = row.lo < S(0) && row.hi > S(0);
                 if (sweep == 0) {
-                    const S most = h * pushOut;
+                    const S limit = h * pushOut;
                     const S part = static_cast<S>(contactShare) * row.C;
                     target[i] = equality
-                                    ? row.C - std::clamp(row.C, -most, most)
-                                    : std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(most, -part)));
+                                    ? row.C - std::clamp(row.C, -limit, limit)
+                                    : std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(limit, -part)));
                 }
                 if (!equality && row.C > static_cast<S>(-2 * slop) && moved[i] == S(0)) {
                     return;
                 }
-                const S mobility = island.mobility(row, block);
-                if (!(mobility > S(0))) {
+                const S delassus = island.delassus(row, block);
+                if (!(delassus > S(0))) {
                     return;
                 }
-                const S next = std::clamp(moved[i] - (row.C - target[i]) / mobility, row.lo, row.hi);
+                const S next = std::clamp(moved[i] - (row.C - target[i]) / delassus, row.lo, row.hi);
                 const S step = next - moved[i];
                 moved[i] = next;
                 stale = step != S(0);

@@ -6,9 +6,9 @@
 
 namespace cairn {
 
-class Peer {
+class ReferenceEngine {
 public:
-    virtual ~Peer() = default;
+    virtual ~ReferenceEngine() = default;
     virtual void step(double dt) = 0;                    // s
     virtual Posed pose(std::size_t body) const = 0;      // of the body's frame; an index into Scene::bodies
     virtual Vec3d velocity(std::size_t body) const = 0;  // m/s, of a dynamic body's centre of mass
@@ -20,7 +20,7 @@ struct Dial {
     std::string name;            // empty: as it comes, at one value that means nothing
     std::vector<double> values;  // from the cheapest
     // Throws InputError naming what of the scene has no counterpart in the engine, with the remedy.
-    std::function<std::unique_ptr<Peer>(const Scene&, double value)> make;
+    std::function<std::unique_ptr<ReferenceEngine>(const Scene&, double value)> make;
 };
 
 struct Engine {
@@ -36,6 +36,6 @@ std::vector<Engine> engines(bool isFloat = false);
 Engine absentEngine(const std::string& name, const std::string& package);
 
 // An engine as it comes. Throws InputError as Dial::make does, and if it is not here.
-std::unique_ptr<Peer> makePeer(const Engine& engine, const Scene& scene);
+std::unique_ptr<ReferenceEngine> makeReferenceEngine(const Engine& engine, const Scene& scene);
 
 }  // namespace cairn

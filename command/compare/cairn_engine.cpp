@@ -1,13 +1,13 @@
 // Cairn itself, by what its users turn: a tolerance, sub-steps, iterations, the solver.
-#include "command/compare/peer_kit.hpp"
+#include "command/compare/reference_engine_kit.hpp"
 
 namespace cairn {
 namespace {
 
 template <class S>
-class CairnPeer final : public Peer {
+class CairnEngine final : public ReferenceEngine {
 public:
-    CairnPeer(const Scene& scene, const WorldDef& def) : world_(def), ids_(populate(world_, scene).bodies) {}
+    CairnEngine(const Scene& scene, const WorldDef& def) : world_(def), ids_(populate(world_, scene).bodies) {}
     void step(double dt) override { world_.step(static_cast<S>(dt)); }
     Posed pose(std::size_t body) const override { return world_.pose(ids_[body]).template cast<double>(); }
     Vec3d velocity(std::size_t body) const override {
@@ -24,15 +24,16 @@ private:
 Engine cairnEngine(bool isFloat) {
     using Change = void (*)(WorldDef&, double);
     const auto dial = [isFloat](std::string name, std::vector<double> values, const char* solver, Change change) {
-        return Dial{std::move(name), std::move(values), [=](const Scene& scene, double value) -> std::unique_ptr<Peer> {
+        return Dial{std::move(name), std::move(values),
+                    [=](const Scene& scene, double value) -> std::unique_ptr<ReferenceEngine> {
                         WorldDef def = scene.world;
                         def.sleep.enabled = false;
                         def.solver.name = solver;
                         change(def, value);
                         if (isFloat) {
-                            return std::make_unique<CairnPeer<float>>(scene, def);
+                            return std::make_unique<CairnEngine<float>>(scene, def);
                         }
-                        return std::make_unique<CairnPeer<double>>(scene, def);
+                        return std::make_unique<CairnEngine<double>>(scene, def);
                     }};
     };
     const Change nothing = [](WorldDef&, double) {};

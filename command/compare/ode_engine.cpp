@@ -4,7 +4,7 @@
 // dWorldStep throws aligned stacks apart, whatever CFM from 1e-10 to 1e-4 and however few the points of a pair: it is
 // here for what it does well.
 #include "collision/shapes/hull.hpp"
-#include "command/compare/peer_kit.hpp"
+#include "command/compare/reference_engine_kit.hpp"
 
 #include <ode/ode.h>
 
@@ -21,7 +21,7 @@ namespace {
 constexpr const char* engineName = "ode";
 
 // dWorldStep solves all rows of an island at once by a dense factor, in cubic time.
-constexpr int mostDantzigRows = 1500;
+constexpr int maxDantzigRows = 1500;
 
 struct OdeSettings {
     bool quick = true;  // dWorldQuickStep; else dWorldStep
@@ -70,9 +70,9 @@ Posed standingAlongZ(const Posed& pose) {
     return pose * Posed{Vec3d::Zero(), Quatd::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitY())};
 }
 
-class OdePeer final : public Peer {
+class OdeEngine final : public ReferenceEngine {
 public:
-    OdePeer(const Scene& scene, const OdeSettings& settings)
+    OdeEngine(const Scene& scene, const OdeSettings& settings)
         : scene_(scene), settings_(settings), joined_(joinedPairs(scene)) {
         startOde();
         refuseDeformables(engineName, scene);
@@ -95,8 +95,8 @@ public:
             std::visit([&](const auto& def) { addJoint(def); }, joint.def);
         }
     }
-    OdePeer(const OdePeer&) = delete;
-    OdePeer& operator=(const OdePeer&) = delete;
+    OdeEngine(const OdeEngine&) = delete;
+    OdeEngine& operator=(const OdeEngine&) = delete;
 
     void step(double dt) override {
         const double h = dt / settings_.substeps;
@@ -112,14 +112,14 @@ public:
             }
             rows_ = 0;
             dSpaceCollide(space_.get(), this,
-                          [](void* self, dGeomID a, dGeomID b) { static_cast<OdePeer*>(self)->touch(a, b); });
+                          [](void* self, dGeomID a, dGeomID b) { static_cast<OdeEngine*>(self)->touch(a, b); });
             if (settings_.quick) {
                 dWorldQuickStep(world_.get(), h);
-            } else if (rows_ <= mostDantzigRows) {
+            } else if (rows_ <= maxDantzigRows) {
                 dWorldStep(world_.get(), h);
             } else {
                 throw InputError("engine", "ode dantzig",
-                                 "more than " + std::to_string(mostDantzigRows) +
+                                 "more than " + std::to_string(maxDantzigRows) +
                                      " rows would take it seconds a step: choose a smaller scene");
             }
             dJointGroupEmpty(contacts_.get());
@@ -300,9 +300,9 @@ private:
         if (!mayCollide(scene_, joined_, one.body, other.body)) {
             return;
         }
-        constexpr int most = 32;
-        std::array<dContactGeom, most> points;
-        const int count = dCollide(a, b, most, points.data(), sizeof(dContactGeom));
+        constexpr int maxPoints = 32;
+        std::array<dContactGeom, maxPoints> points;
+        const int count = dCollide(a, b, maxPoints, points.data(), sizeof(dContactGeom));
         dContact contact{};
         contact.surface.mode = dContactApprox1;
         contact.surface.mu = frictionOf(one.material, other.material);
@@ -377,10 +377,10 @@ private:
 
 Engine odeEngine() {
     const auto make = [](bool quick, bool turnsIterations) {
-        return [=](const Scene& scene, double value) -> std::unique_ptr<Peer> {
+        return [=](const Scene& scene, double value) -> std::unique_ptr<ReferenceEngine> {
             OdeSettings settings{.quick = quick};
             (turnsIterations ? settings.iterations : settings.substeps) = static_cast<int>(value);
-            return std::make_unique<OdePeer>(scene, settings);
+            return std::make_unique<OdeEngine>(scene, settings);
         };
     };
     return {engineName,

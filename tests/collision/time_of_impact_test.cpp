@@ -1,4 +1,5 @@
-// Time of impact: nothing passes, nothing stops that would not have met, and slides over seams are let through.
+// Time of impact: nothing passes, nothing stops that would not have met, and slides over internal edges are let
+// through.
 #include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
@@ -41,12 +42,13 @@ std::vector<Wall> walls() {
 
 // Where the body is at all on the far side of the wall at some time, by dense sampling of the motion up to `end`.
 double farthestThrough(const Shape& shape, const Motion& motion, double end) {
-    double most = -1e300;
+    double largest = -1e300;
     for (int k = 0; k <= 200; ++k) {
         const Posed pose = motion.at(end * k / 200);
-        most = std::max(most, (pose * truth::support(shape, pose.rotation.conjugate() * Vec3d(Vec3d::UnitX()))).x());
+        largest =
+            std::max(largest, (pose * truth::support(shape, pose.rotation.conjugate() * Vec3d(Vec3d::UnitX()))).x());
     }
-    return most;
+    return largest;
 }
 
 struct Bullet {
@@ -73,11 +75,11 @@ TEST(TimeOfImpact, NothingPassesAThinWall) {
                 Motion motion;
                 // The whole body starts before the wall and its centre ends behind it.
                 const Vec3d target(0, uniform(random, -1.2, 1.2), uniform(random, -1.2, 1.2));
-                const Vec3d way = Vec3d(1, uniform(random, -0.8, 0.8), uniform(random, -0.8, 0.8)).normalized();
+                const Vec3d direction = Vec3d(1, uniform(random, -0.8, 0.8), uniform(random, -0.8, 0.8)).normalized();
                 const double length = bullet.speed * dt;
                 const double before = uniform(random, 0.05, 0.95) * length;
-                motion.start = {target - before * way, truth::randomTurn(random)};
-                motion.displacement = length * way;
+                motion.start = {target - before * direction, truth::randomTurn(random)};
+                motion.displacement = length * direction;
                 motion.turn = uniform(random, 0, bullet.spin * dt) * truth::randomDirection(random);
                 const double ahead = farthestThrough(bullet.shape, motion, 0);
                 // Nearer than 1.1 mm it touches at the start.
@@ -146,7 +148,7 @@ TEST(TimeOfImpact, TwoMovingBodiesMeetWhereSamplingSaysSo) {
     EXPECT_GT(missed, 20);
 }
 
-TEST(TimeOfImpact, SlidingOverSeamsIsNoImpact) {
+TEST(TimeOfImpact, SlidingOverInternalEdgesIsNoImpact) {
     // A crate 0.2 mm deep in a floor of tiles, of triangles and of a field, at 200 m/s; then into a wall.
     std::vector<Shape> tiles;
     for (int i = 0; i < 20; ++i) {

@@ -13,9 +13,9 @@ void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const
 
 // Sets which points are in force, once the narrow phase has run; sorts the pairs by their bodies.
 template <class S>
-void closeSeams(std::vector<GroundPair<S>>& pairs, JobSystem& jobs);
+void cullInternalEdges(std::vector<GroundPair<S>>& pairs, JobSystem& jobs);
 // The same in the calling thread.
 template <class S>
-void closeSeams(std::vector<GroundPair<S>>& pairs);
+void cullInternalEdges(std::vector<GroundPair<S>>& pairs);
 
 }  // namespace cairn

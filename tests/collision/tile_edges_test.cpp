@@ -64,7 +64,7 @@ std::vector<std::pair<Shape, double>> sliders() {
     return {{box({0.3, 0.2, 0.25}), 0.2}, {truth::wedge(), 0.3}, {cylinder(0.3, 0.2), 0.2}};
 }
 
-TEST(Seams, WhatSlidesIsPushedUpOnly) {
+TEST(InternalEdges, WhatSlidesIsPushedUpOnly) {
     for (const Floor& floor : floors()) {
         for (const auto& [shape, height] : sliders()) {
             for (const double sunk : {-3e-4, 0.0, 3e-4, 9e-4}) {
@@ -73,8 +73,8 @@ TEST(Seams, WhatSlidesIsPushedUpOnly) {
                 NarrowCounts counts;
                 std::mt19937 random(41);
                 int sideways = 0;
-                double least = 1e300;
-                double most = -1e300;
+                double smallest = 1e300;
+                double largest = -1e300;
                 for (int i = 0; i < 1000; ++i) {
                     const Posed pose{{0.01003 * i, height - sunk, 0.01 * std::sin(0.1 * i)},
                                      expQuat<double>(Vec3d(0, 0.3, 0) + 1e-5 * truth::randomDirection(random))};
@@ -88,19 +88,19 @@ TEST(Seams, WhatSlidesIsPushedUpOnly) {
                             deepest = std::min(deepest, m.points[static_cast<std::size_t>(k)].separation);
                         }
                     }
-                    least = std::min(least, deepest);
-                    most = std::max(most, deepest);
+                    smallest = std::min(smallest, deepest);
+                    largest = std::max(largest, deepest);
                 }
                 EXPECT_EQ(sideways, 0);
                 // The floor is as high everywhere; 1e-5 of tilt lifts a corner by 4e-6.
-                EXPECT_NEAR(least, -sunk, 1e-5);
-                EXPECT_NEAR(most, -sunk, 4e-4);  // a drum's rim is a polygon
+                EXPECT_NEAR(smallest, -sunk, 1e-5);
+                EXPECT_NEAR(largest, -sunk, 4e-4);  // a drum's rim is a polygon
             }
         }
     }
 }
 
-TEST(Seams, WhatRollsOverTrianglesIsPushedUpOnly) {
+TEST(InternalEdges, WhatRollsOverTrianglesIsPushedUpOnly) {
     for (const Floor& floor : floors()) {
         if (floor.shapes.size() > 1) {
             continue;  // to a ball the rim of a tile that it is sunk beside is an edge like any other
@@ -139,7 +139,7 @@ double lasting(const Floor& floor, const Shape& shape, const std::function<Posed
         if (i > 0) {
             for (const Manifold& m : now) {
                 const auto old = std::ranges::find_if(before, [&](const Manifold& o) {
-                    return o.shapeA == m.shapeA && o.shapeB == m.shapeB && o.patch == m.patch;
+                    return o.shapeA == m.shapeA && o.shapeB == m.shapeB && o.id == m.id;
                 });
                 all += m.count;
                 if (old != before.end()) {
@@ -154,7 +154,7 @@ double lasting(const Floor& floor, const Shape& shape, const std::function<Posed
     return static_cast<double>(kept) / all;
 }
 
-TEST(Seams, FeaturesLastThroughSlidingAndRolling) {
+TEST(InternalEdges, FeaturesLastThroughSlidingAndRolling) {
     for (const Floor& floor : floors()) {
         const bool inPieces = floor.shapes.size() > 1;
         for (const auto& [shape, height] : sliders()) {
@@ -185,7 +185,7 @@ TEST(Seams, FeaturesLastThroughSlidingAndRolling) {
     }
 }
 
-TEST(Seams, WallsAndStepsStillHold) {
+TEST(InternalEdges, WallsAndStepsStillHold) {
     // A crate beside a wall of its height, before a step of 2 mm, and standing half over an edge.
     const Shape crate = box({0.3, 0.2, 0.25});
     const Shape wall = box({0.3, 0.2, 0.25});
@@ -205,7 +205,7 @@ TEST(Seams, WallsAndStepsStillHold) {
 }
 
 // Two cards that lean on each other touch along a line, whichever side of 0 round-off leaves their gap.
-TEST(Seams, WhatLeansOnEachOtherTouches) {
+TEST(InternalEdges, WhatLeansOnEachOtherTouches) {
     const double a = 0.5;
     const double t = 0.01;
     const Shape card = box({t, a, 0.35});

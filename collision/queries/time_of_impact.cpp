@@ -1,4 +1,4 @@
-#include "collision/queries/sweep.hpp"
+#include "collision/queries/time_of_impact.hpp"
 #include "collision/narrow_phase/pairs.hpp"
 #include "collision/shapes/box_walk.hpp"
 #include "collision/shapes/hull.hpp"
@@ -14,7 +14,7 @@ constexpr int searchLimit = 200;
 // Steps along one direction before the next search: a support costs a tenth of a search.
 constexpr int stepsAlong = 12;
 // Neighbours whose normals are within 45 degrees are parts of one face that is run into.
-constexpr double sameWay = 0.7;
+constexpr double sameDirection = 0.7;
 
 // How far turning about `centre` (body frame) can carry the points whose support the distance is taken from: roundings
 // turn in themselves and do not count.
@@ -42,7 +42,7 @@ struct Closeness {
 struct Slack {
     double gap;        // m, at which they meet
     double tolerance;  // m, within which the gap is found
-    double most;       // m, depth that is still no meeting; < 0: any is
+    double maxDepth;   // m, depth that is still no meeting; < 0: any is
 };
 
 // Two convex shapes (A may be a triangle or a half-space) on their way.
@@ -69,11 +69,11 @@ public:
         look();
         bool wasClose = separation_ <= slack.gap + slack.tolerance;
         bool fromStart = wasClose;
-        if (wasClose && slack.most < 0) {
+        if (wasClose && slack.maxDepth < 0) {
             report(t, impact);
             return true;
         }
-        double floor = wasClose ? std::min(-slack.most, separation_ - slack.most) : -slack.most;
+        double floor = wasClose ? std::min(-slack.maxDepth, separation_ - slack.maxDepth) : -slack.maxDepth;
         double met = 0;  // where the present closeness began
         if (wasClose) {
             report(t, impact);
@@ -83,14 +83,14 @@ public:
                 look();
             }
             if (separation_ <= slack.gap + slack.tolerance) {
-                if (slack.most < 0) {
+                if (slack.maxDepth < 0) {
                     report(t, impact);
                     return true;
                 }
                 if (!wasClose) {
                     wasClose = true;
                     met = t;
-                    floor = -slack.most;
+                    floor = -slack.maxDepth;
                     report(t, impact);
                 }
                 if (separation_ <= floor + slack.tolerance) {
@@ -170,7 +170,7 @@ private:
         Memory memory;
         memory.normal = before;
         NarrowCounts counts;
-        near_ = wayOut(a_, b_, memory, std::min(scaleOf(a_), scaleOf(b_)), scratch_, counts);
+        near_ = minPenetration(a_, b_, memory, std::min(scaleOf(a_), scaleOf(b_)), scratch_, counts);
         normal_ = near_.normal;
         separation_ = along();
         // What has parted them so far may still do so better.
@@ -187,9 +187,9 @@ private:
 
     double along() {
         if (isPlane_) {
-            return -reach(b_, -normal_, hintB_) - offset_;
+            return -supportDistance(b_, -normal_, hintB_) - offset_;
         }
-        return -reach(a_, normal_, hintA_) - reach(b_, -normal_, hintB_);
+        return -supportDistance(a_, normal_, hintA_) - supportDistance(b_, -normal_, hintB_);
     }
 
     void report(double t, Impact& impact) {
@@ -269,7 +269,7 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
     placed.position = shapeB.position;
     const Vec3d inside = centreOf(placed);
     bool found = false;
-    sweepTriangles(
+    castBoxAtTriangles(
         s.first, centre0.position, motion, Vec3d::Constant(radius + bend), limit, [&](int index, double within) {
             const Triangle t = triangleOf(s.first, index);
             if (!backFaces && t.face.dot(inside - t.corners[0]) < 0) {
@@ -362,8 +362,9 @@ std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motion
             }
         }
     }
-    // Across a seam it is the neighbour that is met in the end, but the meeting began where the first of them was near.
-    // What was near for longer than it takes to sink by the slack is another thing that happens to face the same way.
+    // Across an internal edge it is the neighbour that is met in the end, but the meeting began where the first of them
+    // was near. What was near for longer than it takes to sink by the slack is another thing that happens to face the
+    // same way.
     const Vec3d relative = motionA.displacement - motionB.displacement;
     const double turning = passed.empty() ? 0
                                           : motionA.turn.norm() * turningRadius(a, motionA.centre) +
@@ -373,7 +374,7 @@ std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motion
         for (const Closeness& c : passed) {
             const double sunk = (best->fraction - c.impact.fraction) * (relative.dot(best->normal) - turning);
             if (c.impact.fraction > 0 && c.impact.fraction < best->fraction && c.end >= best->fraction &&
-                c.impact.normal.dot(best->normal) > sameWay && sunk < settings.slack + settings.gap) {
+                c.impact.normal.dot(best->normal) > sameDirection && sunk < settings.slack + settings.gap) {
                 best = c.impact;
                 earlier = true;
             }
@@ -419,11 +420,11 @@ std::optional<Impact> shapeCast(std::span<const Shape> moving, const Posed& star
 }
 
 double turningRadius(std::span<const Shape> shapes, const Vec3d& centre) {
-    double most = 0;
+    double largest = 0;
     for (const Shape& shape : shapes) {
-        most = std::max(most, armOf(shape, centre));
+        largest = std::max(largest, armOf(shape, centre));
     }
-    return most;
+    return largest;
 }
 
 }  // namespace cairn

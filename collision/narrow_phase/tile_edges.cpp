@@ -6,7 +6,7 @@ namespace cairn {
 namespace {
 
 // m: what a resting body may be sunk in. scale: a length of the smaller shape, m.
-double seamDepth(double scale) {
+double edgeSlack(double scale) {
     return std::min(1e-3, 0.02 * scale);
 }
 
@@ -14,7 +14,7 @@ bool hasFlatSides(const Convex& s) {
     return s.kind == ShapeKind::Box || s.kind == ShapeKind::Hull || s.kind == ShapeKind::Cylinder;
 }
 
-// The width of the patch of contacts across its longest way.
+// The width of the manifold across its longest direction.
 double widthOf(const WorkManifold& m) {
     if (m.count < 3) {
         return 0;
@@ -40,12 +40,12 @@ double widthOf(const WorkManifold& m) {
 
 }  // namespace
 
-bool isSeam(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met) {
+bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met) {
     if (!hasFlatSides(a) || !hasFlatSides(b)) {
         return false;
     }
-    const double seam = seamDepth(std::min(scaleOf(a), scaleOf(b)));
-    if (widthOf(met) > 2 * seam) {
+    const double slack = edgeSlack(std::min(scaleOf(a), scaleOf(b)));
+    if (widthOf(met) > 2 * slack) {
         return false;
     }
     double deepest = 1e300;
@@ -65,7 +65,7 @@ bool isSeam(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifo
             scratch.normals.resize(2);  // without its round side
         }
         for (const Vec3d& face : scratch.normals) {
-            if (std::abs(face.dot(met.normal)) < across && std::abs(overlap(ofB ? Vec3d(-face) : face)) <= seam) {
+            if (std::abs(face.dot(met.normal)) < across && std::abs(overlap(ofB ? Vec3d(-face) : face)) <= slack) {
                 return true;
             }
         }

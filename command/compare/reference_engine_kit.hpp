@@ -1,6 +1,6 @@
 #pragma once
-// What the files of the single engines share. Private to peers/.
-#include "command/compare/peer.hpp"
+// What the files of the single engines share. Private to reference_engines/.
+#include "command/compare/reference_engine.hpp"
 
 namespace cairn {
 

@@ -2,7 +2,7 @@
 #include "base/so3.hpp"
 #include "collision/shapes/collision_mesh.hpp"
 #include "collision/shapes/hull.hpp"
-#include "command/compare/peer_kit.hpp"
+#include "command/compare/reference_engine_kit.hpp"
 
 #include <btBulletDynamicsCommon.h>
 #include <Eigen/Eigenvalues>
@@ -50,9 +50,9 @@ struct SceneFilter final : btOverlapFilterCallback {
     }
 };
 
-class BulletPeer final : public Peer {
+class BulletEngine final : public ReferenceEngine {
 public:
-    BulletPeer(const Scene& scene, int iterations, int substeps)
+    BulletEngine(const Scene& scene, int iterations, int substeps)
         : world_(&dispatcher_, &broadPhase_, &solver_, &configuration_), substeps_(substeps) {
         world_.setGravity(toBullet(scene.world.gravity));
         world_.getSolverInfo().m_numIterations = iterations;
@@ -70,7 +70,7 @@ public:
         }
     }
 
-    ~BulletPeer() override {
+    ~BulletEngine() override {
         for (const auto& constraint : constraints_) {
             world_.removeConstraint(constraint.get());
         }
@@ -78,8 +78,8 @@ public:
             world_.removeRigidBody(entry.body.get());
         }
     }
-    BulletPeer(const BulletPeer&) = delete;
-    BulletPeer& operator=(const BulletPeer&) = delete;
+    BulletEngine(const BulletEngine&) = delete;
+    BulletEngine& operator=(const BulletEngine&) = delete;
 
     void step(double dt) override {
         const double h = dt / substeps_;
@@ -343,11 +343,11 @@ private:
 
 Engine bulletEngine() {
     static constexpr int standard = 10;  // iterations, its default
-    const auto iterations = [](const Scene& scene, double value) -> std::unique_ptr<Peer> {
-        return std::make_unique<BulletPeer>(scene, static_cast<int>(value), 1);
+    const auto iterations = [](const Scene& scene, double value) -> std::unique_ptr<ReferenceEngine> {
+        return std::make_unique<BulletEngine>(scene, static_cast<int>(value), 1);
     };
-    const auto substeps = [](const Scene& scene, double value) -> std::unique_ptr<Peer> {
-        return std::make_unique<BulletPeer>(scene, standard, static_cast<int>(value));
+    const auto substeps = [](const Scene& scene, double value) -> std::unique_ptr<ReferenceEngine> {
+        return std::make_unique<BulletEngine>(scene, standard, static_cast<int>(value));
     };
     return {engineName,
             "",

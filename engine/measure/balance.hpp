@@ -4,12 +4,12 @@
 
 namespace cairn {
 
-// Opened before the first sub-step of a step, or of a piece of it; closed after each.
+// Opened before the first sub-step of a step, or of a subdivision of it; closed after each.
 template <class S>
-class Ledger {
+class Balance {
 public:
     // balances: Solver::balances().
-    Ledger(const Island<S>& island, bool balances);
+    Balance(const Island<S>& island, bool balances);
     // Adds to the report the energy (J) that the sub-step created and the momentum (N s) that no impulse explains.
     // Kinetic energy is compared with the work of forces by the trapezium of the twists, which contacts and joints can
     // only lower; springs, motors and kinematic bodies may add what their rows did. Creep of the loads at 1e-5 m/s is

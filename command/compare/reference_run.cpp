@@ -1,4 +1,4 @@
-#include "command/compare/peer_run.hpp"
+#include "command/compare/reference_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ double processorMs() {
 
 // What asking the clock twice takes: a sizeable part of a step of few bodies.
 double clockMs() {
-    static const double least = [] {
+    static const double smallest = [] {
         double fastest = 1;
         for (int i = 0; i < 1000; ++i) {
             const double before = processorMs();
@@ -24,29 +24,29 @@ double clockMs() {
         }
         return fastest;
     }();
-    return least;
+    return smallest;
 }
 
 }  // namespace
 
-PeerRun runPeer(Peer& peer, const Scene& scene, ErrorMeter* meter, double mostSeconds) {
+ReferenceRun runReference(ReferenceEngine& reference, const Scene& scene, ErrorMeter* meter, double maxSeconds) {
     const int steps = std::max(1, static_cast<int>(std::lround(scene.seconds / scene.dt)));
-    PeerRun run;
+    ReferenceRun run;
     std::vector<double> ms;
     double total = 0;
-    while (run.steps < steps && run.finite && !run.cut) {
+    while (run.steps < steps && run.finite && !run.truncated) {
         const double before = processorMs();
-        peer.step(scene.dt);
+        reference.step(scene.dt);
         ms.push_back(std::max(0.0, processorMs() - before - clockMs()));
         total += ms.back();
         ++run.steps;
         for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-            run.finite = run.finite && peer.pose(b).isFinite();
+            run.finite = run.finite && reference.pose(b).isFinite();
         }
         if (run.finite && meter != nullptr) {
-            meter->look(peer, run.steps);
+            meter->look(reference, run.steps);
         }
-        run.cut = total > 1e3 * mostSeconds && run.steps < steps;
+        run.truncated = total > 1e3 * maxSeconds && run.steps < steps;
     }
     if (meter != nullptr) {
         run.errors = meter->errors();

@@ -118,9 +118,9 @@ std::vector<Posed> slide(Ground kind, const char* solver, double spin) {
     return path;
 }
 
-// v^2 / (2 mu g) = 10 m, aslant over the seams; straight, and turning. Faster turns make more of how the weight is
-// shared among the corners, which iterations settle to a share of the speed only.
-TEST(Seams, WhatSlidesFollowsTheSamePathOverAnyFlatGround) {
+// v^2 / (2 mu g) = 10 m, aslant over the internal edges; straight, and turning. Faster turns make more of how the
+// weight is shared among the corners, which iterations settle to a share of the speed only.
+TEST(InternalEdges, WhatSlidesFollowsTheSamePathOverAnyFlatGround) {
     for (const char* solver : {"auto", "gauss_seidel", "nncg", "direct"}) {
         for (const double spin : {0.0, 0.3, 3.0}) {
             const std::vector<Posed> first = slide(Ground::OnePiece, solver, spin);
@@ -134,7 +134,7 @@ TEST(Seams, WhatSlidesFollowsTheSamePathOverAnyFlatGround) {
                 }
                 const std::string what =
                     std::string(solver) + " over " + name + ", turning by " + std::to_string(spin) + " rad/s";
-                expectBelow(what + ": way of a sliding box off that over one piece, m", off, spin > 1 ? 3.6e-3 : 1e-3);
+                expectBelow(what + ": path of a sliding box off that over one piece, m", off, spin > 1 ? 3.6e-3 : 1e-3);
                 expectBelow(what + ": its middle off its height, m", lift, 1e-3);
                 expectClose(what + ": it slid, m", path.back().position.norm(), 10, 0.15);
             }
@@ -142,7 +142,7 @@ TEST(Seams, WhatSlidesFollowsTheSamePathOverAnyFlatGround) {
     }
 }
 
-TEST(Seams, WhatRollsKeepsItsSpeed) {
+TEST(InternalEdges, WhatRollsKeepsItsSpeed) {
     // A capsule and a ball that is asked as an ellipsoid find their points by iterations, over one piece as well.
     const std::array<std::pair<Shape, double>, 3> rollers = {
         std::pair{sphere(0.2), 1e-9}, std::pair{capsule(0.2, 0.3), 2e-4}, std::pair{ellipsoid({0.2, 0.2, 0.2}), 2e-4}};
@@ -184,7 +184,7 @@ void addSlabs(Worldd& world, double gap, double step, double secondFriction = 0.
     }
 }
 
-TEST(Seams, GapsStepsAndEndsAreThere) {
+TEST(InternalEdges, GapsStepsAndEndsAreThere) {
     {
         Worldd world;
         addSlabs(world, 0.1, 0);
@@ -227,7 +227,7 @@ TEST(Seams, GapsStepsAndEndsAreThere) {
 }
 
 // A box that lies across two materials keeps four points on each.
-TEST(Seams, MaterialsStayApart) {
+TEST(InternalEdges, MaterialsStayApart) {
     Worldd world;
     addSlabs(world, 0, 0, 0.1);
     world.add({.shapes = {withMaterial(box({0.4, 0.1, 0.4}), 0.6)}, .position = Vec3d(0, 0.1, 0)});
@@ -242,8 +242,8 @@ TEST(Seams, MaterialsStayApart) {
     EXPECT_EQ(smooth, 4);
 }
 
-// Over the corner of four tiles, aside from their seams; 20 s without sleep.
-TEST(Seams, TowersStandOnTiles) {
+// Over the corner of four tiles, aside from their edges; 20 s without sleep.
+TEST(InternalEdges, TowersStandOnTiles) {
     for (const Ground kind : {Ground::Tiles, Ground::Bodies, Ground::Fields}) {
         for (const Shape& shape : {box({0.5, 0.5, 0.5}), cylinder(0.5, 0.5)}) {
             Worldd world({.sleep = {.enabled = false}});
@@ -269,7 +269,7 @@ TEST(Seams, TowersStandOnTiles) {
 }
 
 // A tile that is taken away, on which no point was in force, or all were, hands the weight to the others.
-TEST(Seams, TilesMayBeTakenAway) {
+TEST(InternalEdges, TilesMayBeTakenAway) {
     Worldd world;
     std::vector<BodyId> tiles;
     for (int i = 0; i < 9; ++i) {

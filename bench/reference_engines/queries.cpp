@@ -1,5 +1,5 @@
 // cairn_bench_queries: contact points of a pair, rays through a scene and rays at a mesh, Cairn's, Bullet's and ODE's,
-// on the same poses in one run. Processor time of one thread, the least of several rounds.
+// on the same poses in one run. Processor time of one thread, the least of several runs.
 #include <cairn/cairn.hpp>
 
 #include "base/so3.hpp"
@@ -24,14 +24,14 @@ double processorTime() {
 
 // s, of one call of `work` at its fastest.
 template <class Work>
-double fastest(int rounds, Work work) {
-    double least = 1e9;
-    for (int i = 0; i < rounds; ++i) {
+double fastest(int repeats, Work work) {
+    double smallest = 1e9;
+    for (int i = 0; i < repeats; ++i) {
         const double start = processorTime();
         work();
-        least = std::min(least, processorTime() - start);
+        smallest = std::min(smallest, processorTime() - start);
     }
-    return least;
+    return smallest;
 }
 
 btVector3 toBullet(const Vec3d& v) {
@@ -56,7 +56,7 @@ void place(dGeomID geom, const Posed& pose, bool standing) {
 struct Kind {
     const char* name;
     Shape shape;
-    std::unique_ptr<btCollisionShape> peer;
+    std::unique_ptr<btCollisionShape> reference;
     dGeomID (*ode)();  // a new one; none: ODE has no such shape
     bool standing = false;
 };
@@ -96,13 +96,13 @@ std::vector<Kind> kinds() {
     all.push_back({"cylinder", cylinder(0.25, 0.3), std::make_unique<btCylinderShape>(btVector3(0.25F, 0.3F, 0.25F)),
                    [] { return dCreateCylinder(nullptr, 0.25, 0.6); }, true});
     all.push_back({"cone", cone(0.3, 0.3), std::make_unique<btConeShape>(btScalar(0.3), btScalar(0.6)), nullptr});
-    auto peer = std::make_unique<btConvexHullShape>();
+    auto reference = std::make_unique<btConvexHullShape>();
     for (int axis = 0; axis < 3; ++axis) {
         for (const double sign : {-tip, tip}) {
-            peer->addPoint(toBullet(sign * Vec3d::Unit(axis)));
+            reference->addPoint(toBullet(sign * Vec3d::Unit(axis)));
         }
     }
-    all.push_back({"hull", octahedron(tip), std::move(peer), odeOctahedron});
+    all.push_back({"hull", octahedron(tip), std::move(reference), odeOctahedron});
     return all;
 }
 
@@ -159,28 +159,28 @@ void pairs() {
             for (const Posed& pose : at) {
                 for (const auto& [side, place] : {std::pair{i, Posed{}}, std::pair{j, pose}}) {
                     objects.push_back(std::make_unique<btCollisionObject>());
-                    objects.back()->setCollisionShape(all[side].peer.get());
+                    objects.back()->setCollisionShape(all[side].reference.get());
                     objects.back()->setWorldTransform(toBullet(place));
                 }
                 const std::size_t k = objects.size() - 2;
-                const btCollisionObjectWrapper a(nullptr, all[i].peer.get(), objects[k].get(),
+                const btCollisionObjectWrapper a(nullptr, all[i].reference.get(), objects[k].get(),
                                                  objects[k]->getWorldTransform(), -1, -1);
-                const btCollisionObjectWrapper b(nullptr, all[j].peer.get(), objects[k + 1].get(),
+                const btCollisionObjectWrapper b(nullptr, all[j].reference.get(), objects[k + 1].get(),
                                                  objects[k + 1]->getWorldTransform(), -1, -1);
                 manifolds.push_back(dispatcher.getNewManifold(objects[k].get(), objects[k + 1].get()));
                 algorithms.push_back(dispatcher.findAlgorithm(&a, &b, manifolds.back(), BT_CONTACT_POINT_ALGORITHMS));
             }
-            int peerPoints = 0;
-            const auto peers = [&] {
-                peerPoints = 0;
+            int referencePoints = 0;
+            const auto references = [&] {
+                referencePoints = 0;
                 for (std::size_t k = 0; k < at.size(); ++k) {
-                    const btCollisionObjectWrapper a(nullptr, all[i].peer.get(), objects[2 * k].get(),
+                    const btCollisionObjectWrapper a(nullptr, all[i].reference.get(), objects[2 * k].get(),
                                                      objects[2 * k]->getWorldTransform(), -1, -1);
-                    const btCollisionObjectWrapper b(nullptr, all[j].peer.get(), objects[2 * k + 1].get(),
+                    const btCollisionObjectWrapper b(nullptr, all[j].reference.get(), objects[2 * k + 1].get(),
                                                      objects[2 * k + 1]->getWorldTransform(), -1, -1);
                     btManifoldResult result(&a, &b);
                     algorithms[k]->processCollision(&a, &b, info, &result);
-                    peerPoints += pointsOf(*algorithms[k]);
+                    referencePoints += pointsOf(*algorithms[k]);
                 }
             };
             std::vector<dGeomID> geoms;
@@ -201,7 +201,7 @@ void pairs() {
                 }
             };
             const double cairn = fastest(30, ours);
-            const double bullet = fastest(30, peers);
+            const double bullet = fastest(30, references);
             const double ode = fastest(30, odes);
             std::printf("%-9s- %-9s %10.0f %10.0f", all[i].name, all[j].name, 1e9 * cairn / poses,
                         1e9 * bullet / poses);
@@ -210,7 +210,8 @@ void pairs() {
             } else {
                 std::printf(" %10s", "-");
             }
-            std::printf("   %.2f %.2f %.2f\n", 1.0 * points / poses, 1.0 * peerPoints / poses, 1.0 * odePoints / poses);
+            std::printf("   %.2f %.2f %.2f\n", 1.0 * points / poses, 1.0 * referencePoints / poses,
+                        1.0 * odePoints / poses);
             for (const dGeomID geom : geoms) {
                 dGeomDestroy(geom);
             }
@@ -231,7 +232,7 @@ void rays(int bodies) {
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);
     btDbvtBroadphase phase;
-    btCollisionWorld peer(&dispatcher, &phase, &configuration);
+    btCollisionWorld reference(&dispatcher, &phase, &configuration);
     std::vector<std::unique_ptr<btCollisionObject>> objects;
     std::vector<Posed> poses;
     for (int i = 0; i < bodies; ++i) {
@@ -240,12 +241,12 @@ void rays(int bodies) {
         world.add(
             {.type = BodyType::Static, .shapes = {kind.shape}, .position = pose.position, .rotation = pose.rotation});
         objects.push_back(std::make_unique<btCollisionObject>());
-        objects.back()->setCollisionShape(kind.peer.get());
+        objects.back()->setCollisionShape(kind.reference.get());
         objects.back()->setWorldTransform(toBullet(pose));
-        peer.addCollisionObject(objects.back().get());
+        reference.addCollisionObject(objects.back().get());
     }
     world.step(1.0 / 60);
-    peer.updateAabbs();
+    reference.updateAabbs();
     std::vector<Ray> asked;
     for (int i = 0; i < 2000; ++i) {
         asked.push_back({.origin = random.vector(reach), .direction = random.vector(1), .length = reach});
@@ -262,7 +263,7 @@ void rays(int bodies) {
     }
     const WorldQuery query = world.query();
     int hits = 0;
-    int peerHits = 0;
+    int referenceHits = 0;
     const double cairn = fastest(10, [&] {
         hits = 0;
         for (const Ray& ray : asked) {
@@ -270,13 +271,13 @@ void rays(int bodies) {
         }
     });
     const double bullet = fastest(10, [&] {
-        peerHits = 0;
+        referenceHits = 0;
         for (const Ray& ray : asked) {
             const btVector3 from = toBullet(ray.origin);
             const btVector3 to = toBullet(ray.origin + ray.length * ray.direction.normalized());
             btCollisionWorld::ClosestRayResultCallback result(from, to);
-            peer.rayTest(from, to, result);
-            peerHits += result.hasHit() ? 1 : 0;
+            reference.rayTest(from, to, result);
+            referenceHits += result.hasHit() ? 1 : 0;
         }
     });
     const dGeomID probe = dCreateRay(nullptr, reach);
@@ -284,14 +285,15 @@ void rays(int bodies) {
     const double ode = fastest(3, [&] {
         odeHits = 0;
         for (const Ray& ray : asked) {
-            const Vec3d way = ray.direction.normalized();
-            dGeomRaySet(probe, ray.origin.x(), ray.origin.y(), ray.origin.z(), way.x(), way.y(), way.z());
+            const Vec3d direction = ray.direction.normalized();
+            dGeomRaySet(probe, ray.origin.x(), ray.origin.y(), ray.origin.z(), direction.x(), direction.y(),
+                        direction.z());
             double nearest = unlimited;
             dSpaceCollide2(probe, dGeomID(space), &nearest, [](void* data, dGeomID one, dGeomID other) {
                 dContactGeom hit;
                 if (dCollide(one, other, 1, &hit, sizeof hit) > 0) {
-                    double& least = *static_cast<double*>(data);
-                    least = std::min(least, hit.depth);
+                    double& smallest = *static_cast<double*>(data);
+                    smallest = std::min(smallest, hit.depth);
                 }
             });
             odeHits += std::isfinite(nearest) ? 1 : 0;
@@ -299,11 +301,11 @@ void rays(int bodies) {
     });
     const double count = static_cast<double>(asked.size());
     std::printf("%d bodies: closest hits a second: Cairn %.0f, Bullet %.0f, ODE %.0f (hits %d, %d, %d of %.0f)\n",
-                bodies, count / cairn, count / bullet, count / ode, hits, peerHits, odeHits, count);
+                bodies, count / cairn, count / bullet, count / ode, hits, referenceHits, odeHits, count);
     dGeomDestroy(probe);
     dSpaceDestroy(space);
     for (const auto& object : objects) {
-        peer.removeCollisionObject(object.get());
+        reference.removeCollisionObject(object.get());
     }
 }
 
@@ -330,7 +332,7 @@ void meshRays(int cells) {
             indices.push_back(static_cast<dTriIndex>(corner));
         }
     }
-    btBvhTriangleMeshShape peer(&soup, true);
+    btBvhTriangleMeshShape reference(&soup, true);
     const dTriMeshDataID data = dGeomTriMeshDataCreate();
     dGeomTriMeshDataBuildDouble(data, vertices.data(), 3 * sizeof(double), static_cast<int>(vertices.size() / 3),
                                 indices.data(), static_cast<int>(indices.size()), 3 * sizeof(dTriIndex));
@@ -345,7 +347,7 @@ void meshRays(int cells) {
         ray.length = length;
     }
     int hits = 0;
-    int peerHits = 0;
+    int referenceHits = 0;
     int odeHits = 0;
     const double cairn = fastest(10, [&] {
         hits = 0;
@@ -354,15 +356,15 @@ void meshRays(int cells) {
         }
     });
     btCollisionObject object;
-    object.setCollisionShape(&peer);
+    object.setCollisionShape(&reference);
     const double bullet = fastest(10, [&] {
-        peerHits = 0;
+        referenceHits = 0;
         for (const Ray& ray : asked) {
             const btTransform from(btQuaternion::getIdentity(), toBullet(ray.origin));
             const btTransform to(btQuaternion::getIdentity(), toBullet(ray.origin + length * ray.direction));
             btCollisionWorld::ClosestRayResultCallback result(from.getOrigin(), to.getOrigin());
-            btCollisionWorld::rayTestSingle(from, to, &object, &peer, object.getWorldTransform(), result);
-            peerHits += result.hasHit() ? 1 : 0;
+            btCollisionWorld::rayTestSingle(from, to, &object, &reference, object.getWorldTransform(), result);
+            referenceHits += result.hasHit() ? 1 : 0;
         }
     });
     const dGeomID probe = dCreateRay(nullptr, length);
@@ -379,7 +381,7 @@ void meshRays(int cells) {
     const double count = static_cast<double>(asked.size());
     std::printf("mesh of %zu triangles: us a ray: Cairn %.2f, Bullet %.2f, ODE %.2f (hits %d, %d, %d of %.0f)\n",
                 triangles.triangles.size(), 1e6 * cairn / count, 1e6 * bullet / count, 1e6 * ode / count, hits,
-                peerHits, odeHits, count);
+                referenceHits, odeHits, count);
     dGeomDestroy(probe);
     dGeomDestroy(odeMesh);
     dGeomTriMeshDataDestroy(data);

@@ -1,4 +1,4 @@
-#include "engine/contacts/seams.hpp"
+#include "engine/contacts/internal_edges.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -17,46 +17,46 @@ double planeSlack(double size) {
     return std::min(1e-4, 2e-3 * size);
 }
 
-// The patches of one body with its ground, in the body's frame.
+// The manifolds of one body with its ground, in the body's frame.
 template <class S>
-class Seams {
+class InternalEdges {
 public:
-    explicit Seams(std::span<const GroundPair<S>> pairs) : pairs_(pairs) {}
+    explicit InternalEdges(std::span<const GroundPair<S>> pairs) : pairs_(pairs) {}
 
-    void close() {
+    void cull() {
         for (const GroundPair<S>& pair : pairs_) {
-            addPatches(pair);
+            addManifolds(pair);
         }
         findSurfaces();
-        if (patches_.size() > 1) {
-            dropHiddenEdges();
-            for (std::size_t i = 0; i < patches_.size(); ++i) {
+        if (manifolds_.size() > 1) {
+            cullEdges();
+            for (std::size_t i = 0; i < manifolds_.size(); ++i) {
                 reduce(i);
             }
         }
-        for (Patch& patch : patches_) {
-            putInForce(patch);
+        for (GroundManifold& manifold : manifolds_) {
+            putInForce(manifold);
         }
-        if (patches_.size() > 1) {
-            handForcesOn();
+        if (manifolds_.size() > 1) {
+            transferForces();
         }
-        for (std::size_t i = 0; i < patches_.size(); ++i) {
+        for (std::size_t i = 0; i < manifolds_.size(); ++i) {
             shareEvenly(i);
         }
     }
 
 private:
-    struct Patch {
-        ContactPatch<S>* contacts;
+    struct GroundManifold {
+        ContactManifold<S>* contacts;
         const GroundPair<S>* pair;
         Posed bodyFromGround;
         std::uint32_t shape;   // of the body
         std::uint32_t ground;  // shape of the ground
         Vec3d normal;          // out of the ground
         std::array<bool, 4> inForce{};
-        std::size_t surface = SIZE_MAX;  // the first patch of its plane and material
+        std::size_t surface = SIZE_MAX;  // the first manifold of its plane and material
 
-        const ContactPoint& point(int k) const { return contacts->manifold.points[static_cast<std::size_t>(k)]; }
+        const ContactPoint& point(int k) const { return contacts->geometry.points[static_cast<std::size_t>(k)]; }
         Vec3d onBody(int k) const { return pair->groundIsB ? point(k).onA : point(k).onB; }
         Vec3d onGround(int k) const { return bodyFromGround * (pair->groundIsB ? point(k).onB : point(k).onA); }
         // The place of the body that a contact holds up: of what is round the centre, or that of the ball on its axis.
@@ -70,51 +70,51 @@ private:
         }
     };
     struct PointRef {
-        std::size_t patch;
+        std::size_t manifold;
         int point;
     };
 
-    void addPatches(const GroundPair<S>& pair) {
+    void addManifolds(const GroundPair<S>& pair) {
         const Posed bodyFromGround = relativePose(pair.body.frame(), pair.ground.frame());
-        for (ContactPatch<S>& contacts : pair.contacts->patches) {
-            Patch& patch = patches_.emplace_back();
-            patch.contacts = &contacts;
-            patch.pair = &pair;
-            patch.bodyFromGround = bodyFromGround;
-            patch.shape = pair.groundIsB ? contacts.manifold.shapeA : contacts.manifold.shapeB;
-            patch.ground = pair.groundIsB ? contacts.manifold.shapeB : contacts.manifold.shapeA;
-            patch.normal = pair.groundIsB ? Vec3d(-contacts.manifold.normal)
-                                          : Vec3d(bodyFromGround.rotation * contacts.manifold.normal);
-            std::fill_n(patch.inForce.begin(), contacts.known, true);
+        for (ContactManifold<S>& contacts : pair.contacts->manifolds) {
+            GroundManifold& manifold = manifolds_.emplace_back();
+            manifold.contacts = &contacts;
+            manifold.pair = &pair;
+            manifold.bodyFromGround = bodyFromGround;
+            manifold.shape = pair.groundIsB ? contacts.geometry.shapeA : contacts.geometry.shapeB;
+            manifold.ground = pair.groundIsB ? contacts.geometry.shapeB : contacts.geometry.shapeA;
+            manifold.normal = pair.groundIsB ? Vec3d(-contacts.geometry.normal)
+                                             : Vec3d(bodyFromGround.rotation * contacts.geometry.normal);
+            std::fill_n(manifold.inForce.begin(), contacts.known, true);
         }
     }
 
     // Whether two pieces stay as they lie to each other, and one shape of the body meets both.
-    bool areNeighbours(const Patch& p, const Patch& q) const {
+    bool areNeighbours(const GroundManifold& p, const GroundManifold& q) const {
         const Body<S>* a = p.pair->ground.body;
         const Body<S>* b = q.pair->ground.body;
         const bool oneFrame = a == b || (a->def.type == BodyType::Static && b->def.type == BodyType::Static);
         return p.shape == q.shape && oneFrame;
     }
 
-    // Patches in one plane and of one material are one surface, named by the first of them.
+    // Manifolds in one plane and of one material are one surface, named by the first of them.
     void findSurfaces() {
-        for (std::size_t i = 0; i < patches_.size(); ++i) {
-            for (std::size_t j = i; patches_[i].surface >= i && j < patches_.size(); ++j) {
-                if (patches_[j].surface > i && isOneSurface(patches_[i], patches_[j])) {
-                    patches_[j].surface = i;
+        for (std::size_t i = 0; i < manifolds_.size(); ++i) {
+            for (std::size_t j = i; manifolds_[i].surface >= i && j < manifolds_.size(); ++j) {
+                if (manifolds_[j].surface > i && isOneSurface(manifolds_[i], manifolds_[j])) {
+                    manifolds_[j].surface = i;
                 }
             }
         }
     }
 
     // While a place of the body stays above a surface, it cannot touch what lies wholly below that plane: a contact
-    // with that would only stop it, since an edge ahead is taken as a plane within a step. What is hidden only by what
-    // is hidden itself stays.
-    void dropHiddenEdges() {
+    // with that would only stop it, since an edge ahead is taken as a plane within a step. What is culled only by what
+    // is culled itself stays.
+    void cullEdges() {
         std::vector<std::size_t> undecided;
-        for (std::size_t i = 0; i < patches_.size(); ++i) {
-            if (patches_[i].surface == i) {
+        for (std::size_t i = 0; i < manifolds_.size(); ++i) {
+            if (manifolds_[i].surface == i) {
                 undecided.push_back(i);
             }
         }
@@ -124,13 +124,13 @@ private:
             std::vector<std::size_t> left;
             for (const std::size_t surface : undecided) {
                 for (const PointRef& edge : pointsOf(surface)) {
-                    bool& inForce = patches_[edge.patch].inForce[static_cast<std::size_t>(edge.point)];
-                    inForce = std::none_of(kept.begin(), kept.end(), [&](std::size_t k) { return hides(k, edge); });
+                    bool& inForce = manifolds_[edge.manifold].inForce[static_cast<std::size_t>(edge.point)];
+                    inForce = std::none_of(kept.begin(), kept.end(), [&](std::size_t k) { return culls(k, edge); });
                 }
                 const std::vector<PointRef> edges = pointsOf(surface);
                 const bool isFree = std::none_of(undecided.begin(), undecided.end(), [&](std::size_t other) {
                     return std::any_of(edges.begin(), edges.end(),
-                                       [&](const PointRef& edge) { return hides(other, edge); });
+                                       [&](const PointRef& edge) { return culls(other, edge); });
                 });
                 if (edges.empty() || isFree) {
                     changes = true;
@@ -148,9 +148,9 @@ private:
     // The points of a surface that are in force.
     std::vector<PointRef> pointsOf(std::size_t surface) const {
         std::vector<PointRef> refs;
-        for (std::size_t i = surface; i < patches_.size(); ++i) {
-            for (int k = 0; patches_[i].surface == surface && k < patches_[i].contacts->known; ++k) {
-                if (patches_[i].inForce[static_cast<std::size_t>(k)]) {
+        for (std::size_t i = surface; i < manifolds_.size(); ++i) {
+            for (int k = 0; manifolds_[i].surface == surface && k < manifolds_[i].contacts->known; ++k) {
+                if (manifolds_[i].inForce[static_cast<std::size_t>(k)]) {
                     refs.push_back({i, k});
                 }
             }
@@ -158,15 +158,15 @@ private:
         return refs;
     }
 
-    bool hides(std::size_t surface, const PointRef& edgeRef) const {
-        const Patch& plane = patches_[surface];
-        const Patch& edge = patches_[edgeRef.patch];
+    bool culls(std::size_t surface, const PointRef& edgeRef) const {
+        const GroundManifold& plane = manifolds_[surface];
+        const GroundManifold& edge = manifolds_[edgeRef.manifold];
         if (edge.surface == surface || !areNeighbours(plane, edge) || plane.normal.dot(edge.normal) > sameNormal) {
             return false;
         }
         const std::vector<PointRef> refs = pointsOf(surface);
         const bool ofOthers = std::any_of(refs.begin(), refs.end(), [&](const PointRef& ref) {
-            return patches_[ref.patch].pair != edge.pair || patches_[ref.patch].ground != edge.ground;
+            return manifolds_[ref.manifold].pair != edge.pair || manifolds_[ref.manifold].ground != edge.ground;
         });
         if (!ofOthers || !isHeld(refs, edge.held(edgeRef.point))) {
             return false;
@@ -182,19 +182,19 @@ private:
     // points all around it, or beside a line of two.
     bool isHeld(const std::vector<PointRef>& refs, const Vec3d& place) const {
         constexpr double share = 0.02;  // of the body's radius
-        const Patch& patch = patches_[refs.front().patch];
-        const double slack = share * patch.pair->body.body->radius;
+        const GroundManifold& manifold = manifolds_[refs.front().manifold];
+        const double slack = share * manifold.pair->body.body->radius;
         Vec3d t1;
         Vec3d t2;
-        completeBasis(patch.normal, t1, t2);
-        std::vector<Vec3d> ways;
+        completeBasis(manifold.normal, t1, t2);
+        std::vector<Vec3d> arms;
         std::vector<double> angles;
         for (const PointRef& ref : refs) {
-            const Vec3d& way = ways.emplace_back(patches_[ref.patch].held(ref.point) - place);
-            if (std::abs(patch.normal.dot(way)) > slack) {
+            const Vec3d& arm = arms.emplace_back(manifolds_[ref.manifold].held(ref.point) - place);
+            if (std::abs(manifold.normal.dot(arm)) > slack) {
                 return false;
             }
-            angles.push_back(std::atan2(t2.dot(way), t1.dot(way)));
+            angles.push_back(std::atan2(t2.dot(arm), t1.dot(arm)));
         }
         std::sort(angles.begin(), angles.end());
         constexpr double halfTurn = std::numbers::pi;
@@ -205,8 +205,8 @@ private:
         if (gap <= halfTurn) {
             return true;
         }
-        for (const Vec3d& from : ways) {
-            for (const Vec3d& to : ways) {
+        for (const Vec3d& from : arms) {
+            for (const Vec3d& to : arms) {
                 const Vec3d side = to - from;
                 const double along = std::clamp(-from.dot(side) / std::max(side.squaredNorm(), 1e-300), 0.0, 1.0);
                 if ((from + along * side).norm() <= slack) {
@@ -220,25 +220,25 @@ private:
     // Of all points of a surface in several pieces, at most four stay in force.
     void reduce(std::size_t surface) {
         const std::vector<PointRef> refs = pointsOf(surface);
-        if (refs.size() < 3 || refs.front().patch == refs.back().patch) {
+        if (refs.size() < 3 || refs.front().manifold == refs.back().manifold) {
             return;
         }
-        const Patch& first = patches_[surface];
+        const GroundManifold& first = manifolds_[surface];
         const Posed shapeFromBody = first.pair->body.body->def.shapes[first.shape].pose.inverse();
         std::vector<ContactPoint> points;
         for (const PointRef& ref : refs) {
-            points.push_back(patches_[ref.patch].point(ref.point));
-            points.back().onA = shapeFromBody * patches_[ref.patch].onBody(ref.point);
+            points.push_back(manifolds_[ref.manifold].point(ref.point));
+            points.back().onA = shapeFromBody * manifolds_[ref.manifold].onBody(ref.point);
         }
         std::array<int, 4> chosen{};
         const int count = spreadPoints(points, shapeFromBody.rotation * first.normal, chosen);
         for (std::size_t i = 0; i < refs.size(); ++i) {
-            patches_[refs[i].patch].inForce[static_cast<std::size_t>(refs[i].point)] =
+            manifolds_[refs[i].manifold].inForce[static_cast<std::size_t>(refs[i].point)] =
                 std::find(chosen.begin(), chosen.begin() + count, static_cast<int>(i)) != chosen.begin() + count;
         }
     }
 
-    bool isOneSurface(const Patch& p, const Patch& q) const {
+    bool isOneSurface(const GroundManifold& p, const GroundManifold& q) const {
         if (&p == &q) {
             return true;
         }
@@ -257,22 +257,22 @@ private:
     }
 
     // The points in force come first.
-    void putInForce(Patch& patch) {
-        ContactPatch<S>& contacts = *patch.contacts;
+    void putInForce(GroundManifold& manifold) {
+        ContactManifold<S>& contacts = *manifold.contacts;
         std::size_t count = 0;
         for (std::size_t k = 0; k < static_cast<std::size_t>(contacts.known); ++k) {
-            if (patch.inForce[k]) {
-                std::swap(contacts.manifold.points[k], contacts.manifold.points[count]);
+            if (manifold.inForce[k]) {
+                std::swap(contacts.geometry.points[k], contacts.geometry.points[count]);
                 std::swap(contacts.points[k], contacts.points[count]);
-                std::swap(patch.inForce[k], patch.inForce[count]);
+                std::swap(manifold.inForce[k], manifold.inForce[count]);
                 ++count;
             }
         }
-        contacts.manifold.count = static_cast<int>(count);
+        contacts.geometry.count = static_cast<int>(count);
     }
 
     // What a point carried that is no longer in force goes to the one that took its place on the next piece.
-    void handForcesOn() {
+    void transferForces() {
         struct Lost {
             std::uint32_t shape;
             Vec3d place;  // on the body
@@ -282,35 +282,35 @@ private:
             bool taken = false;
         };
         std::vector<Lost> lost;
-        const auto lose = [&](const GroundPair<S>& pair, const ContactPatch<S>& patch, std::size_t k) {
-            const ContactPoint& point = patch.manifold.points[k];
-            if (patch.points[k].normalForce != S(0)) {
-                lost.push_back({pair.groundIsB ? patch.manifold.shapeA : patch.manifold.shapeB,
-                                pair.groundIsB ? point.onA : point.onB, point.feature, patch.points[k],
+        const auto lose = [&](const GroundPair<S>& pair, const ContactManifold<S>& manifold, std::size_t k) {
+            const ContactPoint& point = manifold.geometry.points[k];
+            if (manifold.points[k].normalForce != S(0)) {
+                lost.push_back({pair.groundIsB ? manifold.geometry.shapeA : manifold.geometry.shapeB,
+                                pair.groundIsB ? point.onA : point.onB, point.feature, manifold.points[k],
                                 pair.groundIsB ? S(-1) : S(1)});
             }
         };
         for (const GroundPair<S>& pair : pairs_) {
-            for (const ContactPatch<S>& patch : pair.contacts->before) {
-                for (std::size_t k = 0; k < static_cast<std::size_t>(patch.manifold.count); ++k) {
-                    if (!patch.points[k].handedOn) {
-                        lose(pair, patch, k);
+            for (const ContactManifold<S>& manifold : pair.contacts->before) {
+                for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.geometry.count); ++k) {
+                    if (!manifold.points[k].forcesTransferred) {
+                        lose(pair, manifold, k);
                     }
                 }
             }
-            for (ContactPatch<S>& patch : pair.contacts->patches) {
-                for (std::size_t k = static_cast<std::size_t>(patch.manifold.count);
-                     k < static_cast<std::size_t>(patch.known); ++k) {
-                    lose(pair, patch, k);
-                    patch.points[k].normalForce = S(0);
-                    patch.points[k].friction.setZero();
-                    patch.points[k].slip.setZero();
+            for (ContactManifold<S>& manifold : pair.contacts->manifolds) {
+                for (std::size_t k = static_cast<std::size_t>(manifold.geometry.count);
+                     k < static_cast<std::size_t>(manifold.known); ++k) {
+                    lose(pair, manifold, k);
+                    manifold.points[k].normalForce = S(0);
+                    manifold.points[k].friction.setZero();
+                    manifold.points[k].slip.setZero();
                 }
             }
         }
-        for (const Patch& patch : patches_) {
-            for (int k = 0; k < patch.contacts->manifold.count; ++k) {
-                ContactPointState<S>& state = patch.contacts->points[static_cast<std::size_t>(k)];
+        for (const GroundManifold& manifold : manifolds_) {
+            for (int k = 0; k < manifold.contacts->geometry.count; ++k) {
+                ContactPointState<S>& state = manifold.contacts->points[static_cast<std::size_t>(k)];
                 if (state.normalForce != S(0)) {
                     continue;
                 }
@@ -318,16 +318,16 @@ private:
                 Lost* best = nullptr;
                 double nearest = 0;
                 for (Lost& old : lost) {
-                    const double distance = (old.place - patch.onBody(k)).norm();
-                    if (!old.taken && old.shape == patch.shape &&
-                        (distance < near || old.feature == patch.point(k).feature) &&
+                    const double distance = (old.place - manifold.onBody(k)).norm();
+                    if (!old.taken && old.shape == manifold.shape &&
+                        (distance < near || old.feature == manifold.point(k).feature) &&
                         (best == nullptr || distance < nearest)) {
                         best = &old;
                         nearest = distance;
                     }
                 }
                 if (best != nullptr) {
-                    const S sign = best->sign * (patch.pair->groundIsB ? S(-1) : S(1));
+                    const S sign = best->sign * (manifold.pair->groundIsB ? S(-1) : S(1));
                     state.normalForce = best->state.normalForce;
                     state.friction = sign * best->state.friction;
                     state.slip = sign * best->state.slip;
@@ -345,8 +345,8 @@ private:
         if (refs.size() != 4 || !slides(refs)) {
             return;
         }
-        const Vec3d normal = patches_[surface].normal;
-        const auto place = [&](std::size_t i) { return patches_[refs[i].patch].onBody(refs[i].point); };
+        const Vec3d normal = manifolds_[surface].normal;
+        const auto place = [&](std::size_t i) { return manifolds_[refs[i].manifold].onBody(refs[i].point); };
         const auto area = [&](std::size_t i, std::size_t j, std::size_t k) {
             return normal.dot((place(j) - place(i)).cross(place(k) - place(i)));
         };
@@ -373,26 +373,26 @@ private:
     }
 
     ContactPointState<S>& stateOf(const PointRef& ref) {
-        return patches_[ref.patch].contacts->points[static_cast<std::size_t>(ref.point)];
+        return manifolds_[ref.manifold].contacts->points[static_cast<std::size_t>(ref.point)];
     }
 
     bool slides(const std::vector<PointRef>& refs) const {
         return std::all_of(refs.begin(), refs.end(), [&](const PointRef& ref) {
-            const Patch& patch = patches_[ref.patch];
-            const PairSide<S>& body = patch.pair->body;
-            const PairSide<S>& ground = patch.pair->ground;
-            const Vec3d place = body.frame() * patch.onBody(ref.point);
+            const GroundManifold& manifold = manifolds_[ref.manifold];
+            const PairSide<S>& body = manifold.pair->body;
+            const PairSide<S>& ground = manifold.pair->ground;
+            const Vec3d place = body.frame() * manifold.onBody(ref.point);
             const auto at = [&](const PairSide<S>& side) {
                 return Vec3d(side.v.template cast<double>() +
                              side.w.template cast<double>().cross(place - side.pose.position.template cast<double>()));
             };
             const Vec3d slip = body.frame().rotation.conjugate() * (at(body) - at(ground));
-            return (slip - slip.dot(patch.normal) * patch.normal).norm() > slidingSpeed;
+            return (slip - slip.dot(manifold.normal) * manifold.normal).norm() > slidingSpeed;
         });
     }
 
     std::span<const GroundPair<S>> pairs_;
-    std::vector<Patch> patches_;
+    std::vector<GroundManifold> manifolds_;
 };
 
 // Whether no point of the body slips over the ground faster than the least speed that counts as sliding.
@@ -404,14 +404,14 @@ bool isSlow(const GroundPair<S>& pair) {
     return pair.ground.v.isZero(S(0)) && pair.ground.w.isZero(S(0)) && fastest < sure * slidingSpeed;
 }
 
-// One patch alone, all in force, that does not slide: most bodies, most of the time.
+// One manifold alone, all in force, that does not slide: most bodies, most of the time.
 template <class S>
 void closeRun(std::span<const GroundPair<S>> pairs) {
-    const std::vector<ContactPatch<S>>& patches = pairs.front().contacts->patches;
-    const bool isOne = pairs.size() == 1 && patches.size() == 1;
-    if (!isOne || patches.front().manifold.count != patches.front().known ||
-        (patches.front().known == 4 && !isSlow(pairs.front()))) {
-        Seams<S>(pairs).close();
+    const std::vector<ContactManifold<S>>& manifolds = pairs.front().contacts->manifolds;
+    const bool isOne = pairs.size() == 1 && manifolds.size() == 1;
+    if (!isOne || manifolds.front().geometry.count != manifolds.front().known ||
+        (manifolds.front().known == 4 && !isSlow(pairs.front()))) {
+        InternalEdges<S>(pairs).cull();
     }
 }
 
@@ -435,7 +435,7 @@ void forEachRun(std::vector<GroundPair<S>>& pairs, Close close) {
 template <class S>
 void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b) {
     const bool movesA = a.body->isDynamic();
-    if (pair.patches.empty() || movesA == b.body->isDynamic()) {
+    if (pair.manifolds.empty() || movesA == b.body->isDynamic()) {
         return;
     }
     const PairSide<S>& body = movesA ? a : b;
@@ -445,9 +445,9 @@ void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const
 }
 
 template <class S>
-void closeSeams(std::vector<GroundPair<S>>& pairs, JobSystem& jobs) {
+void cullInternalEdges(std::vector<GroundPair<S>>& pairs, JobSystem& jobs) {
     if (jobs.threadCount() == 1) {
-        closeSeams(pairs);
+        cullInternalEdges(pairs);
         return;
     }
     std::vector<std::span<const GroundPair<S>>> runs;
@@ -456,7 +456,7 @@ void closeSeams(std::vector<GroundPair<S>>& pairs, JobSystem& jobs) {
 }
 
 template <class S>
-void closeSeams(std::vector<GroundPair<S>>& pairs) {
+void cullInternalEdges(std::vector<GroundPair<S>>& pairs) {
     forEachRun(pairs, [](std::span<const GroundPair<S>> run) { closeRun(run); });
 }
 
@@ -464,9 +464,9 @@ template void addGroundPair(std::vector<GroundPair<float>>&, PairContacts<float>
                             const PairSide<float>&);
 template void addGroundPair(std::vector<GroundPair<double>>&, PairContacts<double>&, const PairSide<double>&,
                             const PairSide<double>&);
-template void closeSeams(std::vector<GroundPair<float>>&, JobSystem&);
-template void closeSeams(std::vector<GroundPair<double>>&, JobSystem&);
-template void closeSeams(std::vector<GroundPair<float>>&);
-template void closeSeams(std::vector<GroundPair<double>>&);
+template void cullInternalEdges(std::vector<GroundPair<float>>&, JobSystem&);
+template void cullInternalEdges(std::vector<GroundPair<double>>&, JobSystem&);
+template void cullInternalEdges(std::vector<GroundPair<float>>&);
+template void cullInternalEdges(std::vector<GroundPair<double>>&);
 
 }  // namespace cairn
