@@ -1,5 +1,5 @@
-#include "demos/scenes/scenes.hpp"
 #include "base/check.hpp"
+#include "demos/scenes/scenes.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -1,5 +1,5 @@
-#include "engine/world/continuous.hpp"
 #include "collision/queries/time_of_impact.hpp"
+#include "engine/world/continuous.hpp"
 
 #include <algorithm>
 #include <map>

@@ -18,8 +18,8 @@
 // is off by (h omega)^2 5/24 in place of 1/24, and angular momentum by what theta turns the torques, of the same order.
 // lag is 0 (SHAKE) while no body's swing exceeds a radian a sub-step under the present forces or, of what hangs, under
 // its whole weight.
+#include "engine/islands/row_terms.hpp"
 #include "engine/solve/newton/joint_factor.hpp"
-#include "engine/solve/row_terms.hpp"
 
 namespace cairn {
 

@@ -11,7 +11,7 @@
 // right after each iteration, and linear and angular momentum are kept.
 // G is the geometric stiffness on its diagonal (theory 7.15). pc = 0: a stiff spring (vbd); pc moved to p after each
 // iteration over all bodies: an augmented Lagrangian (avbd).
-#include "engine/solve/position/geometric_stiffness.hpp"
+#include "engine/solve/geometric_stiffness.hpp"
 #include "engine/solve/position/nonlinear_rows.hpp"
 
 namespace cairn {

@@ -9,8 +9,8 @@
 // section 9.5, finding a). A heavy load on a light body is beyond it: a visit of the row under the light one takes up 1
 // / (1 + R) of what is missing, so that at 1000 : 1 the load sinks for some seconds and then falls. No order of the
 // rows helps (theory section 9.3); the step report says that it sinks. Use it for ropes, cloth and fast-turning joints.
+#include "engine/solve/geometric_stiffness.hpp"
 #include "engine/solve/impacts.hpp"
-#include "engine/solve/position/geometric_stiffness.hpp"
 #include "engine/solve/position/nonlinear_rows.hpp"
 #include "engine/solve/solver.hpp"
 

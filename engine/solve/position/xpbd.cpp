@@ -9,8 +9,8 @@
 // back as a depth is (NonlinearRows::takeSlipBack), without which towers of five lean and fall. A tower of ten stands
 // within a centimetre; loads of more than about 100 : 1 are pressed in for want of sweeps, and the step report says so.
 // Cost: as nonlinear_gs. Use it for cloth, ropes and soft bodies in many short sub-steps.
+#include "engine/solve/geometric_stiffness.hpp"
 #include "engine/solve/impacts.hpp"
-#include "engine/solve/position/geometric_stiffness.hpp"
 #include "engine/solve/position/nonlinear_rows.hpp"
 #include "engine/solve/solver.hpp"
 

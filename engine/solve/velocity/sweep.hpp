@@ -1,7 +1,7 @@
 #pragma once
 // Sweeps over the rows of an island: the one place where the row update is written. Two orders: one row after the other
 // (Gauss-Seidel), and all blocks at once from the same velocities (Jacobi).
-#include "engine/solve/row_terms.hpp"
+#include "engine/islands/row_terms.hpp"
 
 namespace cairn {
 

@@ -1,8 +1,8 @@
 // The equivalences that docs/theory.md derives, and the errata of the printed equations (its section 11) that would
 // break a solver: each solver against code written anew here, on dense matrices or as loops over particles.
+#include "engine/solve/geometric_stiffness.hpp"
 #include "engine/solve/newton/newton.hpp"
 #include "engine/solve/position/block_coordinate_descent.hpp"
-#include "engine/solve/position/geometric_stiffness.hpp"
 #include "engine/solve/velocity/gauss_seidel.hpp"
 #include "tests/engine/hand_made_island.hpp"
 
