@@ -145,7 +145,7 @@ std::vector<std::string> sceneNames() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, StepTruth, testing::ValuesIn(sceneNames()),
-                         [](const testing::TestParamInfo<std::string>& info) { return info.param; });
+                         [](const testing::TestParamInfo<std::string>& scene) { return scene.param; });
 
 }  // namespace
 }  // namespace cairn
