@@ -1,6 +1,6 @@
+#include "engine/islands/island.hpp"
 #include "engine/constraints/axis_lock.hpp"
 #include "engine/contacts/internal_edges.hpp"
-#include "engine/islands/island.hpp"
 #include "engine/model/gyroscopics.hpp"
 
 namespace cairn {

@@ -36,7 +36,7 @@ struct SolverBody {
     Vec6<S> externalImpulse = Vec6<S>::Zero();  // N s, N m s: what forces, damping and impacts gave it in this sub-step
     S momentumResidual = -1;  // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows
                               // explain; -1: not looked at in this step
-    double tolerance = 0;  // m, BodyDef::tolerance
+    double tolerance = 0;     // m, BodyDef::tolerance
     // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
     // short of the angular momentum after its forces and impulses.
     Vec3<S> gyroMomentum = Vec3<S>::Zero();
