@@ -288,7 +288,10 @@ void World<S>::Impl::solveIslands(S dt) {
     }
     shareWork();
     parallelFor(*jobs, active.size(), 1, [&](std::size_t k) {
+        static thread_local typename Island<S>::Room room;
+        active[k].swapRoom(room);
         solved[k] = solveIsland(active[k], *by, dt, request);
+        active[k].swapRoom(room);
         active[k].memory.work = solved[k].report.work;
     });
 }
