@@ -1,5 +1,5 @@
-#include "base/check.hpp"
 #include "base/parallel.hpp"
+#include "base/check.hpp"
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/info.h>

@@ -1,5 +1,5 @@
-#include "base/profile.hpp"
 #include "demos/run.hpp"
+#include "base/profile.hpp"
 
 #include <algorithm>
 #include <cmath>

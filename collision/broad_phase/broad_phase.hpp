@@ -40,6 +40,8 @@ public:
     // by which a re-inserted fat box is stretched ahead.
     void move(ProxyId id, const Aabb& tight, const Vec3d& displacement);
     void refilter(ProxyId id);  // its filter, or a joint of it, has changed
+    // A static body rests, and so does one that sleeps: of two that rest no pair is kept, so that they cost nothing.
+    void setResting(ProxyId id, bool rests);
 
     // Brings pairs() up to date: re-inserts the bodies that left their fat boxes, asks the trees for those, and drops
     // pairs whose fat boxes came apart.

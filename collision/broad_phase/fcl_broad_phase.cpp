@@ -27,7 +27,8 @@ struct Proxy : fcl::CollisionObject<double> {
     Proxy(ProxyId proxyId, bool neverMoves)
         : fcl::CollisionObject<double>(std::shared_ptr<fcl::CollisionGeometry<double>>()),
           id(proxyId),
-          isStatic(neverMoves) {}
+          isStatic(neverMoves),
+          rests(neverMoves) {}
 
     Aabb fat() const { return {aabb.min_, aabb.max_}; }
     void setFat(const Aabb& box) {
@@ -37,6 +38,7 @@ struct Proxy : fcl::CollisionObject<double> {
 
     ProxyId id;
     bool isStatic;
+    bool rests;
     bool isEndless = false;  // has a side at infinity: in a list, not in a tree
     bool inTree = false;
     bool isMoved = false;    // its box is newer than the tree's copy
@@ -184,7 +186,7 @@ struct BroadPhase::Impl {
 
     void add(const Proxy& a, const Proxy& b) {
         // Of two that both ask, the lower finds the pair.
-        if (a.id == b.id || (a.isStatic && b.isStatic) || (isAskedFor[b.id] && b.id < a.id)) {
+        if (a.id == b.id || (a.rests && b.rests) || (isAskedFor[b.id] && b.id < a.id)) {
             return;
         }
         const ProxyPair pair{std::min(a.id, b.id), std::max(a.id, b.id)};
@@ -204,7 +206,7 @@ struct BroadPhase::Impl {
         }
         const auto meet = [&](const Proxy& other) { add(proxy, other); };
         moving.visit(proxy.getAABB(), open, meet);
-        if (!proxy.isStatic) {
+        if (!proxy.rests) {
             still.visit(proxy.getAABB(), open, meet);
         }
         for (const Proxy* other : endless) {
@@ -213,6 +215,10 @@ struct BroadPhase::Impl {
     }
 
     void update() {
+        if (toAsk.empty()) {
+            reinserted = 0;
+            return;
+        }
         std::sort(toAsk.begin(), toAsk.end());
         std::vector<Proxy*> changedMoving;
         std::vector<Proxy*> changedStill;
@@ -313,6 +319,15 @@ void BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3d& displacement) 
 void BroadPhase::refilter(ProxyId id) {
     impl_->at(id);
     impl_->ask(id);
+}
+
+void BroadPhase::setResting(ProxyId id, bool rests) {
+    Proxy& proxy = impl_->at(id);
+    CAIRN_CHECK(rests || !proxy.isStatic, "a static body rests");
+    if (proxy.rests != rests) {
+        proxy.rests = rests;
+        impl_->ask(id);
+    }
 }
 
 void BroadPhase::update() {

@@ -1,5 +1,5 @@
-#include "collision/narrow_phase/pairs.hpp"
 #include "collision/queries/time_of_impact.hpp"
+#include "collision/narrow_phase/pairs.hpp"
 #include "collision/shapes/box_walk.hpp"
 #include "collision/shapes/hull.hpp"
 

@@ -1,6 +1,6 @@
+#include "collision/shapes/height_field.hpp"
 #include "base/base.hpp"
 #include "collision/shapes/box_walk.hpp"
-#include "collision/shapes/height_field.hpp"
 
 #include <cmath>
 #include <limits>

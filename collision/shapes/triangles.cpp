@@ -1,5 +1,5 @@
-#include "collision/shapes/box_walk.hpp"
 #include "collision/shapes/triangles.hpp"
+#include "collision/shapes/box_walk.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-#include "command/advice/measure.hpp"
 #include "command/advice/tune.hpp"
+#include "command/advice/measure.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-#include "command/advice/check.hpp"
 #include "command/advice/tune_page.hpp"
+#include "command/advice/check.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-#include "collision/narrow_phase/narrow_phase.hpp"
 #include "command/compare/errors.hpp"
+#include "collision/narrow_phase/narrow_phase.hpp"
 #include "command/compare/reference_engine_kit.hpp"
 
 #include <algorithm>

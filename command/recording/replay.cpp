@@ -1,5 +1,5 @@
-#include "command/advice/advice.hpp"
 #include "command/recording/replay.hpp"
+#include "command/advice/advice.hpp"
 
 namespace cairn {
 

@@ -1,5 +1,5 @@
-#include "command/advice/advice.hpp"
 #include "command/recording/view_page.hpp"
+#include "command/advice/advice.hpp"
 #include "command/recording/view_script.hpp"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // cairn study: measures the engine's own solvers and draws what it found.
-#include "command/command.hpp"
 #include "command/studies/study.hpp"
+#include "command/command.hpp"
 
 #include <cstdio>
 #include <fstream>

@@ -1,5 +1,5 @@
-#include "base/so3.hpp"
 #include "demos/scenes/scene_kit.hpp"
+#include "base/so3.hpp"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
-#include "base/check.hpp"
 #include "demos/scenes/scenes.hpp"
+#include "base/check.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -346,7 +346,7 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
     found.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.manifoldReuseDistance},
                  *jobs);
     Islands<S> parts;
-    parts.rebuild(bodies, joints, found, {def.gravity.cast<S>(), def.gyroscopic, false, false});
+    parts.rebuild(bodies, awake, joints, found, {def.gravity.cast<S>(), def.gyroscopic, false, false});
     Diagnosis diagnosis;
     Doctor<S> doctor(def, bodies, dt, position);
     doctor.lookAtWorld();

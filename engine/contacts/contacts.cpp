@@ -139,6 +139,15 @@ double approach(const PairSide<S>& a, const PairSide<S>& b, const Vec3d& n) {
 }  // namespace
 
 template <class S>
+int PairContacts<S>::pointCount() const {
+    int count = 0;
+    for (const ContactManifold<S>& manifold : manifolds) {
+        count += manifold.geometry.count;
+    }
+    return count;
+}
+
+template <class S>
 void PairContacts<S>::beginStep() {
     ended.clear();
     for (ContactManifold<S>& manifold : manifolds) {
@@ -237,7 +246,13 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
 template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies,
                              const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
+    const auto rests = [&](std::uint32_t i) { return !bodies[i].awake || bodies[i].def.type == BodyType::Static; };
     const auto drop = [&](PairContacts<S>& pair) {
+        if (rests(pair.pair.a) && rests(pair.pair.b)) {
+            restingPoints_ += pair.pointCount();
+            resting_.emplace(pair.pair, std::move(pair));
+            return;
+        }
         const Pose<S>& a = bodies[pair.pair.a].pose;
         const Pose<S>& b = bodies[pair.pair.b].pose;
         for (const ContactManifold<S>& manifold : pair.manifolds) {
@@ -256,6 +271,10 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
         }
         if (old != pairs_.end() && old->pair == pair) {
             next_.push_back(std::move(*old++));
+        } else if (const auto kept = resting_.find(pair); kept != resting_.end()) {
+            restingPoints_ -= kept->second.pointCount();
+            next_.push_back(std::move(kept->second));
+            resting_.erase(kept);
         } else {
             next_.emplace_back().pair = pair;
         }
@@ -300,6 +319,22 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
 template <class S>
 void ContactTable<S>::forget(ProxyId body) {
     std::erase_if(pairs_, [&](const PairContacts<S>& p) { return p.pair.a == body || p.pair.b == body; });
+    std::erase_if(resting_, [&](const auto& entry) {
+        const bool isOf = entry.first.a == body || entry.first.b == body;
+        restingPoints_ -= isOf ? entry.second.pointCount() : 0;
+        return isOf;
+    });
+}
+
+template <class S>
+std::vector<std::uint32_t> ContactTable<S>::restingNeighbours(std::uint32_t body) const {
+    std::vector<std::uint32_t> others;
+    for (const auto& [pair, contacts] : resting_) {
+        if (!contacts.manifolds.empty() && (pair.a == body || pair.b == body)) {
+            others.push_back(pair.a == body ? pair.b : pair.a);
+        }
+    }
+    return others;
 }
 
 template struct PairContacts<float>;

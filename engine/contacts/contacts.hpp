@@ -6,6 +6,8 @@
 #include "engine/constraints/contact.hpp"
 #include "engine/model/body.hpp"
 
+#include <map>
+
 namespace cairn {
 
 template <class S>
@@ -59,6 +61,7 @@ struct PairContacts {
     std::vector<ContactManifold<S>> before;  // those that were replaced in this step
     std::vector<EndedContact> ended;         // of this step
 
+    int pointCount() const;  // in force
     // No impulse has been given yet.
     void beginStep();
     // Notes the points of a manifold that gave an impulse and hand nothing on.
@@ -112,9 +115,14 @@ public:
     // Forgets the pairs that came apart in the last step.
     void beginStep() { gone_.clear(); }
     void forget(ProxyId body);  // the body or its shapes are gone
+    // The bodies that touch this one while both rest.
+    std::vector<std::uint32_t> restingNeighbours(std::uint32_t body) const;
 
     std::vector<PairContacts<S>>& pairs() { return pairs_; }
     const std::vector<PairContacts<S>>& pairs() const { return pairs_; }
+    // Of bodies that both rest, as they were when the later of them fell asleep: no step looks at them.
+    const std::map<ProxyPair, PairContacts<S>>& resting() const { return resting_; }
+    int restingPoints() const { return restingPoints_; }
     const std::vector<PairContacts<S>>& gone() const { return gone_; }  // came apart in this step, after an impulse
     const NarrowCounts& counts() const { return counts_; }              // of the last update
     int carried() const { return carried_; }  // pairs that kept their manifolds in it though awake
@@ -124,6 +132,8 @@ private:
     // Room for update().
     std::vector<PairContacts<S>> next_;
     std::vector<PairContacts<S>> gone_;
+    std::map<ProxyPair, PairContacts<S>> resting_;
+    int restingPoints_ = 0;
     std::vector<NarrowCounts> countsOf_;  // by pair
     std::vector<std::uint8_t> isCarried_;
     std::vector<GroundPair<S>> ground_;

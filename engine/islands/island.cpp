@@ -1,6 +1,6 @@
+#include "engine/islands/island.hpp"
 #include "engine/constraints/axis_lock.hpp"
 #include "engine/contacts/internal_edges.hpp"
-#include "engine/islands/island.hpp"
 #include "engine/model/gyroscopics.hpp"
 
 namespace cairn {
@@ -79,15 +79,19 @@ void Island<S>::clear() {
     keep(fresh.pairs, pairs);
     keep(fresh.manifolds, manifolds);
     keep(fresh.locks, locks);
-    keep(fresh.atStep, atStep);
-    keep(fresh.atSubstep, atSubstep);
-    keep(fresh.rows, rows);
-    keep(fresh.blocks, blocks);
-    keep(fresh.responses, responses);
-    keep(fresh.pointOfBlock_, pointOfBlock_);
-    keep(fresh.given_, given_);
-    keep(fresh.impacts_, impacts_);
     *this = std::move(fresh);
+}
+
+template <class S>
+void Island<S>::swapRoom(Room& room) {
+    atStep.swap(room.atStep);
+    atSubstep.swap(room.atSubstep);
+    rows.swap(room.rows);
+    blocks.swap(room.blocks);
+    responses.swap(room.responses);
+    pointOfBlock_.swap(room.pointOfBlock);
+    given_.swap(room.given);
+    impacts_.swap(room.impacts);
 }
 
 template <class S>

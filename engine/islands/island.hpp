@@ -36,7 +36,7 @@ struct SolverBody {
     Vec6<S> externalImpulse = Vec6<S>::Zero();  // N s, N m s: what forces, damping and impacts gave it in this sub-step
     S momentumResidual = -1;  // sqrt(J), worst of the step's sub-steps: momentum that neither they nor its rows
                               // explain; -1: not looked at in this step
-    double tolerance = 0;  // m, BodyDef::tolerance
+    double tolerance = 0;     // m, BodyDef::tolerance
     // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
     // short of the angular momentum after its forces and impulses.
     Vec3<S> gyroMomentum = Vec3<S>::Zero();
@@ -172,6 +172,10 @@ struct Island {
     }
     // As it was made, but for room that it need not ask for again.
     void clear();
+    // What is only needed while the island is solved. A thread keeps one for all islands that it solves: kept by each,
+    // it would be most of what a body costs in memory.
+    struct Room;
+    void swapRoom(Room& room);
     // Looks for contacts anew at the bodies' present poses; points that are still there keep their forces.
     void detect(const SpeculativeBounds& speculative, NarrowCounts& counts);
     // Takes the manifolds of the pairs as they are, at the bodies' present poses.
@@ -248,6 +252,18 @@ private:
     std::vector<PointRef> pointOfBlock_;                  // of the blocks from jointBlocks on
     std::vector<Given> given_;                            // by block
     std::vector<std::pair<std::size_t, Given>> impacts_;  // of the present sub-step, with their blocks
+};
+
+template <class S>
+struct Island<S>::Room {
+    std::vector<SolverBody<S>> atStep;
+    std::vector<SolverBody<S>> atSubstep;
+    std::vector<Row<S>> rows;
+    std::vector<RowBlock<S>> blocks;
+    std::vector<RowResponse<S>> responses;
+    std::vector<PointRef> pointOfBlock;
+    std::vector<Given> given;
+    std::vector<std::pair<std::size_t, Given>> impacts;
 };
 
 }  // namespace cairn

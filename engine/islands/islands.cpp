@@ -36,11 +36,6 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionS
     return s;
 }
 
-template <class S>
-bool moves(const Body<S>& body) {
-    return body.def.type == BodyType::Kinematic && (!body.v.isZero() || !body.w.isZero());
-}
-
 }  // namespace
 
 template <class S>
@@ -60,20 +55,26 @@ void Islands<S>::join(std::uint32_t a, std::uint32_t b) {
 }
 
 template <class S>
-void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTable<S>& contacts,
+void Islands<S>::rebuild(BodyTable<S>& bodies, const AwakeSet& awake, JointTable<S>& joints, ContactTable<S>& contacts,
                          const MotionSettings<S>& motion) {
-    const std::size_t slots = bodies.slotCount();
-    parent_.resize(slots);
-    std::iota(parent_.begin(), parent_.end(), 0U);
-    isAwake_.assign(slots, 0);
+    for (const Island<S>& island : awake_) {
+        for (const SolverBody<S>& body : island.bodies) {
+            if (body.index < islandOf_.size()) {
+                islandOf_[body.index] = -1;
+                local_[body.index] = -1;
+            }
+        }
+    }
+    parent_.resize(bodies.slotCount());
+    islandOf_.resize(bodies.slotCount(), -1);
+    local_.resize(bodies.slotCount(), -1);
+    for (const std::uint32_t i : awake.bodies) {
+        parent_[i] = i;
+    }
     const auto dynamic = [&](std::uint32_t i) { return bodies[i].isDynamic(); };
     const auto link = [&](std::uint32_t a, std::uint32_t b) {
-        if (dynamic(a) && dynamic(b)) {
+        if (dynamic(a) && dynamic(b) && bodies[a].awake && bodies[b].awake) {
             join(a, b);
-        } else if (moves(bodies[a])) {
-            isAwake_[b] = 1;
-        } else if (moves(bodies[b])) {
-            isAwake_[a] = 1;
         }
     };
     // A fixed body between two others does not link them, so every pair is asked.
@@ -84,32 +85,17 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
             }
         }
     };
-    for (std::size_t j = 0; j < joints.slotCount(); ++j) {
-        if (joints.used(j)) {
-            linkJoint(joints[j]);
-        }
+    for (const std::uint32_t j : awake.joints) {
+        linkJoint(joints[j]);
     }
     for (const PairContacts<S>& pair : contacts.pairs()) {
         if (!pair.manifolds.empty()) {
             link(pair.pair.a, pair.pair.b);
         }
     }
-    for (std::uint32_t i = 0; i < slots; ++i) {
-        if (bodies.used(i) && dynamic(i) && bodies[i].awake) {
-            isAwake_[i] = 1;
-        }
-    }
-    for (std::uint32_t i = 0; i < slots; ++i) {
-        if (isAwake_[i]) {
-            isAwake_[root(i)] = 1;
-        }
-    }
-
-    islandOf_.assign(slots, -1);
-    local_.assign(slots, -1);
     std::size_t count = 0;
-    for (std::uint32_t i = 0; i < slots; ++i) {
-        if (!bodies.used(i) || !dynamic(i) || !isAwake_[root(i)]) {
+    for (const std::uint32_t i : awake.bodies) {
+        if (!dynamic(i)) {
             continue;
         }
         const std::uint32_t top = root(i);
@@ -125,19 +111,11 @@ void Islands<S>::rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTab
         std::vector<SolverBody<S>>& members = awake_[static_cast<std::size_t>(islandOf_[i])].bodies;
         local_[i] = static_cast<int>(members.size());
         members.push_back(solverBody(i, bodies[i], motion));
-        if (!bodies[i].awake) {
-            bodies[i].awake = true;
-            bodies[i].restTime = 0;
-            bodies[i].restPose = bodies[i].pose;
-        }
     }
     awake_.resize(count);
     memory_.clear();
 
-    for (std::size_t j = 0; j < joints.slotCount(); ++j) {
-        if (!joints.used(j)) {
-            continue;
-        }
+    for (const std::uint32_t j : awake.joints) {
         Joint<S>& joint = joints[j];
         int k = -1;
         for (int n = 0; n < joint.bodyCount() && k < 0; ++n) {
@@ -224,7 +202,9 @@ typename Islands<S>::Memory Islands<S>::recall(std::uint32_t lowest) {
 }
 
 template <class S>
-void Islands<S>::updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt) {
+std::vector<std::vector<std::uint32_t>> Islands<S>::updateSleep(BodyTable<S>& bodies, const SleepDef& sleep,
+                                                                double dt) {
+    std::vector<std::vector<std::uint32_t>> asleep;
     for (Island<S>& island : awake_) {
         bool rests = sleep.enabled;
         std::uint32_t lowest = UINT32_MAX;
@@ -248,18 +228,17 @@ void Islands<S>::updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double
             rests = rests && body.def.canSleep && body.restTime >= sleep.time;
         }
         if (rests) {
+            std::vector<std::uint32_t>& group = asleep.emplace_back();
             for (const SolverBody<S>& s : island.bodies) {
                 if (!s.fixed) {
-                    Body<S>& body = bodies[s.index];
-                    body.awake = false;
-                    body.v.setZero();
-                    body.w.setZero();
+                    group.push_back(s.index);
                 }
             }
         } else {
             memory_.emplace_back(lowest, std::move(island.memory));  // islands come in order of their lowest body
         }
     }
+    return asleep;
 }
 
 template class Islands<float>;

@@ -16,19 +16,24 @@ struct MotionSettings {
     bool detectsWithin = false;  // contacts may be looked for anew within the step: pairs without any are needed too
 };
 
+// Who takes part in a step, in rising order: moving bodies that do not sleep, and the joints between them.
+struct AwakeSet {
+    std::vector<std::uint32_t> bodies;
+    std::vector<std::uint32_t> joints;
+};
+
 template <class S>
 class Islands {
 public:
-    // Builds the awake islands, in order of their lowest body. An island in which anything is awake, or that something
-    // moving touches, is awake as a whole; the rest stays asleep.
-    void rebuild(BodyTable<S>& bodies, JointTable<S>& joints, ContactTable<S>& contacts,
+    // Builds the awake islands, in order of their lowest body. What touches an awake body must be awake.
+    void rebuild(BodyTable<S>& bodies, const AwakeSet& awake, JointTable<S>& joints, ContactTable<S>& contacts,
                  const MotionSettings<S>& motion);
     std::vector<Island<S>>& awake() { return awake_; }
     // Of the islands of the last rebuild() the one that a moving body is in; -1: asleep.
     int of(std::uint32_t body) const { return body < islandOf_.size() ? islandOf_[body] : -1; }
 
-    // Puts to sleep the islands whose bodies have all stayed within `sleep.distance` for `sleep.time`.
-    void updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt);
+    // The bodies of each island that may fall asleep: all have stayed within `sleep.distance` for `sleep.time`.
+    std::vector<std::vector<std::uint32_t>> updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt);
 
     void forget(std::uint32_t body) { lockLambda_.erase(body); }  // it left the world
 
@@ -43,9 +48,8 @@ private:
     Memory recall(std::uint32_t lowest);
 
     std::vector<std::uint32_t> parent_;
-    std::vector<std::uint8_t> isAwake_;  // by body: whether it, or of a root its island, is awake
-    std::vector<int> islandOf_;          // by body; of a fixed one, the island that met it last
-    std::vector<int> local_;             // by body: its index there
+    std::vector<int> islandOf_;  // by body; of a fixed one, the island that met it last
+    std::vector<int> local_;     // by body: its index there
     std::vector<Island<S>> awake_;
     std::vector<std::pair<std::uint32_t, Memory>> memory_;  // of the islands of the last step, sorted by lowest body
     std::map<std::uint32_t, std::vector<S>> lockLambda_;    // of axis locks, by body

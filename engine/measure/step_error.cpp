@@ -1,5 +1,5 @@
-#include "engine/islands/row_terms.hpp"
 #include "engine/measure/step_error.hpp"
+#include "engine/islands/row_terms.hpp"
 
 namespace cairn {
 namespace {

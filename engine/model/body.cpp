@@ -1,5 +1,5 @@
-#include "collision/queries/time_of_impact.hpp"
 #include "engine/model/body.hpp"
+#include "collision/queries/time_of_impact.hpp"
 #include "engine/model/gyroscopics.hpp"
 
 #include <cmath>

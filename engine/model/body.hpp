@@ -26,6 +26,7 @@ struct Body {
 
     bool changed = true;  // by the game since the last step: its contacts are to be found anew before the next one
     bool awake = true;
+    int sleepGroup = -1;  // that it fell asleep with; -1: none, or it was added asleep
     double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from restPose
     Pose<S> restPose;
     double radius = 0;         // m, farthest point from the centre of mass

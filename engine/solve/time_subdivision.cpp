@@ -1,6 +1,6 @@
+#include "engine/solve/time_subdivision.hpp"
 #include "engine/measure/balance.hpp"
 #include "engine/solve/checkpoint.hpp"
-#include "engine/solve/time_subdivision.hpp"
 
 namespace cairn {
 namespace {

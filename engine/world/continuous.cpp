@@ -1,10 +1,11 @@
-#include "collision/queries/time_of_impact.hpp"
 #include "engine/world/continuous.hpp"
+#include "collision/queries/time_of_impact.hpp"
 
 #include <algorithm>
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <unordered_map>
 
 namespace cairn {
 namespace {
@@ -61,10 +62,11 @@ bool mayMeet(const Motion& a, double radiusA, const Motion& b, double radiusB, d
 template <class S>
 class ContinuousCollision {
 public:
-    ContinuousCollision(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
-                        FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
-                        const Vec3<S>& gravity, S dt)
+    ContinuousCollision(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake, const JointTable<S>& joints,
+                        const BroadPhase& boxes, FunctionRef<bool(ProxyId, ProxyId)> mayCollide,
+                        const std::vector<Before<S>>& before, const Vec3<S>& gravity, S dt)
         : bodies_(bodies),
+          awake_(awake),
           joints_(joints),
           boxes_(boxes),
           mayCollide_(mayCollide),
@@ -93,20 +95,23 @@ private:
     // As the solver moved it.
     Motion motionOf(ProxyId i) const {
         const Body<S>& b = bodies_[i];
-        const Posed from = before_[i].pose.template cast<double>();
         const Posed to = b.pose.template cast<double>();
+        const bool moved = b.awake && b.def.type != BodyType::Static;
+        const Posed from = moved ? before_[i].pose.template cast<double>() : to;
         Motion motion;
         motion.centre = b.localCentre.template cast<double>();
         motion.start = {from.position - from.rotation * motion.centre, from.rotation};
         motion.displacement = to.position - from.position;
-        motion.turn = turnNear(from.rotation, to.rotation,
-                               0.5 * static_cast<double>(dt_) * (before_[i].w + b.w).template cast<double>());
+        motion.turn =
+            turnNear(from.rotation, to.rotation,
+                     0.5 * static_cast<double>(dt_) *
+                         (moved ? Vec3<S>(before_[i].w + b.w) : Vec3<S>(Vec3<S>::Zero())).template cast<double>());
         return motion;
     }
 
     void choose() {
-        for (ProxyId i = 0; i < bodies_.slotCount(); ++i) {
-            if (bodies_.used(i) && bodies_[i].awake && isFastBody(bodies_[i], before_[i], dt_)) {
+        for (const ProxyId i : awake_) {
+            if (isFastBody(bodies_[i], before_[i], dt_)) {
                 queries_.emplace_back().body = i;
             }
         }
@@ -127,7 +132,6 @@ private:
     }
 
     void findTrajectories() {
-        trajectoryOfBody_.assign(queries_.empty() ? 0 : bodies_.slotCount(), none);
         for (const CcdQuery& query : queries_) {
             addTrajectory(query.body);
             for (const ProxyId other : query.candidates) {
@@ -136,13 +140,12 @@ private:
         }
     }
     void addTrajectory(ProxyId i) {
-        if (trajectoryOfBody_[i] == none) {
-            trajectoryOfBody_[i] = trajectories_.size();
+        if (trajectoryOfBody_.try_emplace(i, trajectories_.size()).second) {
             trajectories_.push_back({motionOf(i)});
         }
     }
-    const Trajectory& trajectory(ProxyId i) const { return trajectories_[trajectoryOfBody_[i]]; }
-    Trajectory& trajectory(ProxyId i) { return trajectories_[trajectoryOfBody_[i]]; }
+    const Trajectory& trajectory(ProxyId i) const { return trajectories_[trajectoryOfBody_.at(i)]; }
+    Trajectory& trajectory(ProxyId i) { return trajectories_[trajectoryOfBody_.at(i)]; }
 
     void ask(CcdQuery& query) const {
         query.meets = false;
@@ -277,6 +280,7 @@ private:
     }
 
     BodyTable<S>& bodies_;
+    const std::vector<std::uint32_t>& awake_;
     const JointTable<S>& joints_;
     const BroadPhase& boxes_;
     FunctionRef<bool(ProxyId, ProxyId)> mayCollide_;
@@ -285,26 +289,26 @@ private:
     S dt_;
     std::vector<CcdQuery> queries_;
     std::vector<ProxyId> group_;  // by body: the lowest one of its group
-    static constexpr std::size_t none = static_cast<std::size_t>(-1);
     std::vector<Trajectory> trajectories_;
-    std::vector<std::size_t> trajectoryOfBody_;  // `none` for who has no part in any query
+    std::unordered_map<ProxyId, std::size_t> trajectoryOfBody_;  // of who has a part in any query
     CcdCounts counts_;
 };
 
 }  // namespace
 
 template <class S>
-CcdCounts collideContinuously(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+CcdCounts collideContinuously(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake,
+                              const JointTable<S>& joints, const BroadPhase& boxes,
                               FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
                               const Vec3<S>& gravity, S dt, JobSystem& jobs) {
-    return ContinuousCollision<S>(bodies, joints, boxes, mayCollide, before, gravity, dt).run(jobs);
+    return ContinuousCollision<S>(bodies, awake, joints, boxes, mayCollide, before, gravity, dt).run(jobs);
 }
 
-template CcdCounts collideContinuously(BodyTable<float>&, const JointTable<float>&, const BroadPhase&,
-                                       FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<float>>&,
-                                       const Vec3<float>&, float, JobSystem&);
-template CcdCounts collideContinuously(BodyTable<double>&, const JointTable<double>&, const BroadPhase&,
-                                       FunctionRef<bool(ProxyId, ProxyId)>, const std::vector<Before<double>>&,
-                                       const Vec3<double>&, double, JobSystem&);
+template CcdCounts collideContinuously(BodyTable<float>&, const std::vector<std::uint32_t>&, const JointTable<float>&,
+                                       const BroadPhase&, FunctionRef<bool(ProxyId, ProxyId)>,
+                                       const std::vector<Before<float>>&, const Vec3<float>&, float, JobSystem&);
+template CcdCounts collideContinuously(BodyTable<double>&, const std::vector<std::uint32_t>&, const JointTable<double>&,
+                                       const BroadPhase&, FunctionRef<bool(ProxyId, ProxyId)>,
+                                       const std::vector<Before<double>>&, const Vec3<double>&, double, JobSystem&);
 
 }  // namespace cairn

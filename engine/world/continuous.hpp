@@ -42,9 +42,11 @@ bool isFastBody(const Body<S>& body, const Before<S>& before, S dt) {
            body.ccdDistance;
 }
 
-// `boxes` must hold every body from where it was to where it is; mayCollide as in BroadPhase. gravity: m/s2.
+// awake: who may have moved; `before` says of them alone where they were. `boxes` must hold every body from where it
+// was to where it is; mayCollide as in BroadPhase. gravity: m/s2.
 template <class S>
-CcdCounts collideContinuously(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+CcdCounts collideContinuously(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake,
+                              const JointTable<S>& joints, const BroadPhase& boxes,
                               FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
                               const Vec3<S>& gravity, S dt, JobSystem& jobs);
 

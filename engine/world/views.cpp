@@ -3,6 +3,8 @@
 #include "engine/measure/step_error.hpp"
 #include "engine/world/world_impl.hpp"
 
+#include <algorithm>
+
 namespace cairn {
 namespace {
 
@@ -41,7 +43,16 @@ std::vector<ContactView> World<S>::contacts() const {
             tellImpulse(view, end.impulse, end.normalImpulse, dt);
         }
     };
+    std::vector<const PairContacts<S>*> pairs;
+    for (const auto& [key, pair] : impl_->contacts.resting()) {
+        pairs.push_back(&pair);
+    }
     for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
+        pairs.push_back(&pair);
+    }
+    std::sort(pairs.begin(), pairs.end(), [](const auto* p, const auto* q) { return p->pair < q->pair; });
+    for (const PairContacts<S>* known : pairs) {
+        const PairContacts<S>& pair = *known;
         const Body<S>& a = impl_->bodies[pair.pair.a];
         const Body<S>& b = impl_->bodies[pair.pair.b];
         for (const ContactManifold<S>& manifold : pair.manifolds) {

@@ -94,18 +94,21 @@ bool World<S>::Impl::mayCollide(ProxyId a, ProxyId b) const {
 template <class S>
 void World<S>::Impl::wakeBodies(const Joint<S>& joint) {
     for (int k = 0; k < joint.bodyCount(); ++k) {
-        wake(bodies[joint.body(k).index]);
+        wake(joint.body(k).index);
     }
 }
 
 template <class S>
 void World<S>::Impl::wakeNeighbours(std::uint32_t index) {
+    std::vector<std::uint32_t> others = contacts.restingNeighbours(index);
     for (const PairContacts<S>& pair : contacts.pairs()) {
         if (!pair.manifolds.empty() && (pair.pair.a == index || pair.pair.b == index)) {
-            const std::uint32_t other = pair.pair.a == index ? pair.pair.b : pair.pair.a;
-            wake(bodies[other]);
-            touch(other);
+            others.push_back(pair.pair.a == index ? pair.pair.b : pair.pair.a);
         }
+    }
+    for (const std::uint32_t other : others) {
+        wake(other);
+        touch(other);
     }
     for (std::size_t j = 0; j < joints.slotCount(); ++j) {
         if (joints.used(j) && joints[j].holds(index)) {
@@ -144,6 +147,7 @@ BodyId World<S>::add(const BodyDef& def) {
     if (!def.shapes.empty()) {
         impl_->broadPhase.add(id.index, impl_->speculativeBox(added, 0), def.type == BodyType::Static);
     }
+    impl_->enter(id.index);
     return id;
 }
 
@@ -159,7 +163,7 @@ JointId World<S>::addJoint(const JointDef& def) {
         impl_->noCollide.insert(std::lower_bound(impl_->noCollide.begin(), impl_->noCollide.end(), pair), pair);
         refilter(a, b);
     }
-    impl_->wakeBodies(impl_->joints[id.index]);
+    impl_->jointEnters(id.index);
     return id;
 }
 
@@ -183,7 +187,7 @@ void World<S>::remove(JointId id) {
         impl_->noCollide.erase(std::lower_bound(impl_->noCollide.begin(), impl_->noCollide.end(), pair));
         refilter(a, b);
     }
-    impl_->wakeBodies(joint);
+    impl_->jointLeaves(id.index);
     impl_->joints.remove(id);
 }
 
@@ -196,7 +200,9 @@ void World<S>::remove(BodyId id) {
             remove(joint);
         }
     }
+    impl_->wake(id.index);
     impl_->wakeNeighbours(id.index);
+    impl_->leave(id.index);
     if (impl_->broadPhase.contains(id.index)) {
         impl_->broadPhase.remove(id.index);
     }
@@ -280,9 +286,10 @@ void World<S>::setPose(BodyId id, const Pose<S>& pose) {
                          "give a finite pose");
     }
     impl_->wakeNeighbours(id.index);
+    impl_->wake(id.index);
     const Quat<S> rotation = pose.rotation.normalized();
     b.pose = {pose.position + rotation * b.localCentre, rotation};
-    impl_->wake(b);
+    impl_->wake(id.index);
     impl_->touch(id.index);
     if (impl_->broadPhase.contains(id.index)) {
         impl_->broadPhase.move(id.index, impl_->speculativeBox(b, 0), Vec3d::Zero());
@@ -300,7 +307,7 @@ void World<S>::setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angu
     }
     b.v = linear;
     b.w = angular;
-    impl_->wake(b);
+    impl_->wake(id.index);
     impl_->touch(id.index);
 }
 template <class S>
@@ -355,14 +362,14 @@ void World<S>::applyForce(BodyId id, const Vec3<S>& force, const Vec3<S>& point)
     requireFinite(b.def, "force", force.allFinite() && point.allFinite());
     b.force += force;
     b.torque += (point - b.pose.position).cross(force);
-    impl_->wake(b);
+    impl_->wake(id.index);
 }
 template <class S>
 void World<S>::applyTorque(BodyId id, const Vec3<S>& torque) {
     Body<S>& b = impl_->body(id);
     requireFinite(b.def, "torque", torque.allFinite());
     b.torque += torque;
-    impl_->wake(b);
+    impl_->wake(id.index);
 }
 template <class S>
 void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point) {
@@ -376,14 +383,14 @@ void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& po
     if (!b.def.particle) {
         b.w += R * inverseOf<S>(b.inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
     }
-    impl_->wake(b);
+    impl_->wake(id.index);
     impl_->touch(id.index);
 }
 template <class S>
 void World<S>::wake(BodyId id) {
     Body<S>& b = impl_->body(id);
     if (b.isDynamic()) {
-        impl_->wake(b);
+        impl_->wake(id.index);
     }
 }
 

@@ -24,6 +24,16 @@ struct World<S>::Impl {
     BroadPhase broadPhase;
     ContactTable<S> contacts;
     Islands<S> islands;
+    AwakeSet awake;
+    // Bodies that fell asleep together, and the joints between them.
+    struct SleepGroup {
+        std::vector<std::uint32_t> bodies;
+        std::vector<std::uint32_t> joints;
+    };
+    std::vector<SleepGroup> sleepGroups;
+    std::vector<int> freeGroups;
+    double sleepingPotential = 0;        // J, of gravity, of the bodies that sleep
+    int tolerantBodies = 0;              // with a tolerance of their own
     std::vector<std::uint32_t> changed;  // bodies that the game has touched since the last step (Body::changed)
     double detectedFor = 0;              // s, of the step that contacts are known for
     std::vector<Solution> solved;        // of this step, by awake island
@@ -55,11 +65,17 @@ struct World<S>::Impl {
         }
         return joints[id.index];
     }
-    void wake(Body<S>& b) {
-        b.awake = true;
-        b.restTime = 0;
-        b.restPose = b.pose;
-    }
+    // awake.cpp. Wakes a body with all that fell asleep with it; one that is awake is given its time anew.
+    void wake(std::uint32_t i);
+    void fallAsleep(const std::vector<std::vector<std::uint32_t>>& islandsOfBodies);
+    // Wakes what an awake or driven body touches; false: nothing.
+    bool wakeTouched();
+    // A body or joint comes into the world, or is about to leave it.
+    void enter(std::uint32_t i);
+    void leave(std::uint32_t i);
+    void jointEnters(std::uint32_t joint);
+    void jointLeaves(std::uint32_t joint);
+    double potentialOf(const Body<S>& body) const;  // J
     // Its contacts are found anew before the next step.
     void touch(std::uint32_t index) {
         if (!bodies[index].changed) {
@@ -81,6 +97,8 @@ struct World<S>::Impl {
         const double distance = dt * (static_cast<double>(b.v.norm()) + turn);
         return distance < farthest ? distance : farthest;
     }
+
+    void wakeOne(std::uint32_t i);
 
     void step(S dt);
     Diagnosis diagnose(S dt, double position);

@@ -56,7 +56,7 @@ void World<S>::Impl::move(S dt) {
     contacts.beginStep();
     report.times.narrowPhase = stages.end();
 
-    islands.rebuild(bodies, joints, contacts,
+    islands.rebuild(bodies, awake, joints, contacts,
                     {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia, accuracyAsked()});
     report.times.islands = stages.end();
 
@@ -64,7 +64,7 @@ void World<S>::Impl::move(S dt) {
     solveIslands(dt);
     solveSeconds = budgetClock() - start;
     before.resize(bodies.slotCount());
-    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+    for (const std::uint32_t i : awake.bodies) {
         before[i] = {bodies[i].pose, bodies[i].w};
         bodies[i].force.setZero();
         bodies[i].torque.setZero();
@@ -86,7 +86,7 @@ void World<S>::Impl::move(S dt) {
     report.times.narrowPhase += stages.end();
 
     measure();
-    islands.updateSleep(bodies, def.sleep, static_cast<double>(dt));
+    fallAsleep(islands.updateSleep(bodies, def.sleep, static_cast<double>(dt)));
     countAndClose();
     stages.end();
     report.times.total = stages.all();
@@ -120,6 +120,10 @@ void World<S>::Impl::applyChanges(double dt) {
         broadPhase.update();
         detect(dt, true);
     }
+    while (wakeTouched()) {
+        broadPhase.update();
+        detect(dt, true);
+    }
 }
 
 template <class S>
@@ -129,9 +133,8 @@ void World<S>::Impl::moveProxy(std::uint32_t i, double dt) {
 
 template <class S>
 void World<S>::Impl::moveProxies(double dt) {
-    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
-        const Body<S>& b = bodies[i];
-        if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
+    for (const std::uint32_t i : awake.bodies) {
+        if (broadPhase.contains(i)) {
             moveProxy(i, dt);
         }
     }
@@ -139,21 +142,15 @@ void World<S>::Impl::moveProxies(double dt) {
 
 template <class S>
 void World<S>::Impl::catchFastBodies(S dt) {
-    const auto isFast = [&](std::uint32_t i) {
-        return bodies.used(i) && bodies[i].awake && bodies[i].def.type != BodyType::Static &&
-               isFastBody(bodies[i], before[i], dt);
-    };
-    bool any = false;
-    for (std::uint32_t i = 0; i < bodies.slotCount() && !any; ++i) {
-        any = isFast(i);
-    }
+    const bool any = std::any_of(awake.bodies.begin(), awake.bodies.end(),
+                                 [&](std::uint32_t i) { return isFastBody(bodies[i], before[i], dt); });
     if (!any) {
         return;
     }
     // Boxes that hold every body all the way from where it was.
-    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+    for (const std::uint32_t i : awake.bodies) {
         const Body<S>& b = bodies[i];
-        if (bodies.used(i) && b.awake && b.def.type != BodyType::Static && broadPhase.contains(i)) {
+        if (broadPhase.contains(i)) {
             const double moved = maxDisplacement(before[i].pose, b.pose, b.radius);
             const Aabb box = bounds(b.def.shapes, b.framePoseDouble());
             broadPhase.move(i, box.grown(0.5 * def.contactMargin + moved), Vec3d::Zero());
@@ -161,8 +158,8 @@ void World<S>::Impl::catchFastBodies(S dt) {
     }
     broadPhase.update();
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
-    const CcdCounts counts =
-        collideContinuously<S>(bodies, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt, *jobs);
+    const CcdCounts counts = collideContinuously<S>(bodies, awake.bodies, joints, broadPhase, mayMeet, before,
+                                                    def.gravity.template cast<S>(), dt, *jobs);
     report.counts.ccdBodies = counts.bodies;
     report.counts.ccdHeldBodies = counts.held;
     report.counts.ccdUnresolved = counts.unresolved;
@@ -184,9 +181,9 @@ void World<S>::Impl::writeBack(const Island<S>& island, S dt) {
 
 template <class S>
 void World<S>::Impl::moveKinematic(S dt) {
-    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+    for (const std::uint32_t i : awake.bodies) {
         Body<S>& b = bodies[i];
-        if (bodies.used(i) && b.def.type == BodyType::Kinematic) {
+        if (b.def.type == BodyType::Kinematic) {
             b.pose.position += dt * b.v;
             b.pose.rotation = rotated<S>(b.pose.rotation, dt * b.w);
         }
@@ -201,8 +198,8 @@ void World<S>::Impl::forgetForces(std::uint32_t body) {
             pair.manifolds.clear();
         }
     }
-    for (std::size_t j = 0; j < joints.slotCount(); ++j) {
-        if (joints.used(j) && joints[j].holds(body)) {
+    for (const std::uint32_t j : awake.joints) {
+        if (joints[j].holds(body)) {
             joints[j].lambda.clear();
         }
     }
@@ -241,14 +238,14 @@ void World<S>::Impl::shareWork() {
     if (report.maxWork == 0) {
         return;
     }
-    std::vector<Island<S>>& awake = islands.awake();
+    std::vector<Island<S>>& active = islands.awake();
     double rowsOfAll = 0;
     double workOfAll = 0;
-    for (const Island<S>& island : awake) {
+    for (const Island<S>& island : active) {
         rowsOfAll += loadOf(island);
         workOfAll += island.memory.work;
     }
-    for (Island<S>& island : awake) {
+    for (Island<S>& island : active) {
         double share = loadOf(island) / rowsOfAll;
         if (workOfAll > 0) {
             share = 0.5 * (share + island.memory.work / workOfAll);
@@ -259,14 +256,14 @@ void World<S>::Impl::shareWork() {
 
 template <class S>
 void World<S>::Impl::solveIslands(S dt) {
-    std::vector<Island<S>>& awake = islands.awake();
-    solved.resize(awake.size());
+    std::vector<Island<S>>& active = islands.awake();
+    solved.resize(active.size());
     SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, 1};
     Solver<S>* by = solver.get();
     report.maxWork = def.accuracy.maxWork;
     load = {};
     if (hasQualityLevel()) {
-        for (const Island<S>& island : awake) {
+        for (const Island<S>& island : active) {
             (island.isCalm() ? load.calm : load.moving) += loadOf(island);
         }
         BudgetChoice choice{def.accuracy.qualityLevel, def.accuracy.maxWork};
@@ -290,15 +287,18 @@ void World<S>::Impl::solveIslands(S dt) {
         request.accuracy.maxSubdivisions = std::min(request.accuracy.maxSubdivisions, qualityLevel.subdivisions);
     }
     shareWork();
-    parallelFor(*jobs, awake.size(), 1, [&](std::size_t k) {
-        solved[k] = solveIsland(awake[k], *by, dt, request);
-        awake[k].memory.work = solved[k].report.work;
+    parallelFor(*jobs, active.size(), 1, [&](std::size_t k) {
+        static thread_local typename Island<S>::Room room;
+        active[k].swapRoom(room);
+        solved[k] = solveIsland(active[k], *by, dt, request);
+        active[k].swapRoom(room);
+        active[k].memory.work = solved[k].report.work;
     });
 }
 
 template <class S>
 void World<S>::Impl::measure() {
-    std::vector<Island<S>>& awake = islands.awake();
+    std::vector<Island<S>>& active = islands.awake();
     for (PairContacts<S>& pair : contacts.pairs()) {
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
@@ -310,9 +310,9 @@ void World<S>::Impl::measure() {
         }
     }
     totals = {};
-    for (std::size_t k = 0; k < awake.size(); ++k) {
-        awake[k].memory.position = solved[k].error.position;
-        record(awake[k], solved[k]);
+    for (std::size_t k = 0; k < active.size(); ++k) {
+        active[k].memory.position = solved[k].error.position;
+        record(active[k], solved[k]);
     }
 }
 
@@ -369,11 +369,7 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution) {
 
 template <class S>
 bool World<S>::Impl::accuracyAsked() const {
-    bool asked = def.accuracy.position > 0 || def.accuracy.velocity > 0 || hasQualityLevel();
-    for (std::size_t i = 0; i < bodies.slotCount() && !asked; ++i) {
-        asked = bodies.used(i) && bodies[i].def.tolerance > 0;
-    }
-    return asked;
+    return def.accuracy.position > 0 || def.accuracy.velocity > 0 || hasQualityLevel() || tolerantBodies > 0;
 }
 
 template <class S>
@@ -381,23 +377,22 @@ void World<S>::Impl::countAndClose() {
     StepCounts& c = report.counts;
     c.bodies = static_cast<int>(bodies.count());
     c.joints = static_cast<int>(joints.count());
-    c.pairs = static_cast<int>(contacts.pairs().size());
+    c.pairs = static_cast<int>(contacts.pairs().size() + contacts.resting().size());
+    c.contacts = contacts.restingPoints();
     c.islands = static_cast<int>(islands.awake().size());
     for (const PairContacts<S>& pair : contacts.pairs()) {
-        for (const ContactManifold<S>& manifold : pair.manifolds) {
-            c.contacts += manifold.geometry.count;
-        }
+        c.contacts += pair.pointCount();
     }
-    for (std::uint32_t i = 0; i < bodies.slotCount(); ++i) {
+    report.potentialEnergy = sleepingPotential;
+    for (const std::uint32_t i : awake.bodies) {
         const Body<S>& b = bodies[i];
-        if (!bodies.used(i) || !b.isDynamic()) {
+        if (!b.isDynamic()) {
             continue;
         }
-        c.awake += b.awake ? 1 : 0;
+        ++c.awake;
         const Vec3<S> w = b.pose.rotation.conjugate() * b.w;
         report.kineticEnergy += 0.5 * static_cast<double>(b.mass * b.v.squaredNorm() + w.dot(b.inertia * w));
-        report.potentialEnergy -=
-            static_cast<double>(b.mass) * b.def.gravityScale * def.gravity.dot(b.pose.position.template cast<double>());
+        report.potentialEnergy += potentialOf(b);
     }
     report.error.meanPenetration = totals.touching > 0 ? totals.penetration / totals.touching : 0;
     report.error.residualConstraint = std::sqrt(totals.constraint);

@@ -1,6 +1,6 @@
+#include "collision/shapes/hull.hpp"
 #include "base/base.hpp"
 #include "collision/collision.hpp"
-#include "collision/shapes/hull.hpp"
 
 #include <gtest/gtest.h>
 

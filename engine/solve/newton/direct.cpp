@@ -1,5 +1,5 @@
-#include "engine/solve/impacts.hpp"
 #include "engine/solve/newton/direct.hpp"
+#include "engine/solve/impacts.hpp"
 #include "engine/solve/newton/joint_newton.hpp"
 
 namespace cairn {

@@ -1,5 +1,5 @@
-#include "engine/model/gyroscopics.hpp"
 #include "engine/solve/newton/joint_newton.hpp"
+#include "engine/model/gyroscopics.hpp"
 
 #include <Eigen/Eigenvalues>
 

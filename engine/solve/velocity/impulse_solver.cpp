@@ -1,6 +1,6 @@
+#include "engine/solve/velocity/impulse_solver.hpp"
 #include "engine/solve/geometric_stiffness.hpp"
 #include "engine/solve/impacts.hpp"
-#include "engine/solve/velocity/impulse_solver.hpp"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // The engines under comparison do what mechanics says, and are judged by what they did.
-#include "base/so3.hpp"
 #include "command/compare/reference_engines.hpp"
+#include "base/so3.hpp"
 #include "demos/scenes/scenes.hpp"
 
 #include <gtest/gtest.h>
