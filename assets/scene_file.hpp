@@ -11,7 +11,7 @@
 
 namespace cairn::scene_file {
 
-inline constexpr int version = 1;
+inline constexpr int fileVersion = 1;
 
 using Rule = FieldRule;
 
@@ -506,7 +506,8 @@ void describe(A& a, DeformableFields& f) {
 
 template <class A>
 void describe(A& a, SceneFile& s) {
-    a.field("cairn", s.cairn, {.text = "version of this format", .min = version, .max = version, .required = true});
+    a.field("cairn", s.cairn,
+            {.text = "version of this format", .min = fileVersion, .max = fileVersion, .required = true});
     a.field("$schema", s.schema, {"for editors; not read"});
     a.field("name", s.name, {"left out: the file's name"});
     a.field("description", s.description, {"what the scene is for"});

@@ -283,6 +283,14 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable
         drop(*old++);
     }
     pairs_.swap(next_);
+    if (hasWoken_) {
+        std::erase_if(resting_, [&](const auto& entry) {
+            const bool isLeft = !rests(entry.first.a) || !rests(entry.first.b);
+            restingPoints_ -= isLeft ? entry.second.pointCount() : 0;
+            return isLeft;
+        });
+        hasWoken_ = false;
+    }
 
     countsOf_.assign(pairs_.size(), {});
     isCarried_.assign(pairs_.size(), 0);

@@ -115,6 +115,8 @@ public:
     // Forgets the pairs that came apart in the last step.
     void beginStep() { gone_.clear(); }
     void forget(ProxyId body);  // the body or its shapes are gone
+    // A body that slept is awake: the next update() takes its pairs back, or drops those that are near no more.
+    void bodyWoke() { hasWoken_ = true; }
     // The bodies that touch this one while both rest.
     std::vector<std::uint32_t> restingNeighbours(std::uint32_t body) const;
 
@@ -134,6 +136,7 @@ private:
     std::vector<PairContacts<S>> gone_;
     std::map<ProxyPair, PairContacts<S>> resting_;
     int restingPoints_ = 0;
+    bool hasWoken_ = false;               // since the last update()
     std::vector<NarrowCounts> countsOf_;  // by pair
     std::vector<std::uint8_t> isCarried_;
     std::vector<GroundPair<S>> ground_;

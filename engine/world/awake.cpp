@@ -59,6 +59,7 @@ void World<S>::Impl::wakeOne(std::uint32_t i) {
     b.awake = true;
     b.sleepGroup = -1;
     insertSorted(awake.bodies, i);
+    contacts.bodyWoke();
     if (broadPhase.contains(i)) {
         broadPhase.setResting(i, false);
     }

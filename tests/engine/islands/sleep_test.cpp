@@ -42,13 +42,14 @@ TEST(Sleep, TowerSleepsAndCostsNothing) {
         run(tower.world, 2);
         EXPECT_EQ(tower.world.pose(top).position, before.position) << "not a bit moves";
         EXPECT_EQ(velocity(tower.world, top).norm(), 0);
-        // The forces of the last solve are still there to be read.
+        // The forces of the last step are still there to be read. They are means over it, and stopped what still moved:
+        // measured 1.3e-4 of the weight (jacobi) beside what the solver itself errs.
         double onFloor = 0;
         for (const ContactView& contact : tower.world.contacts()) {
             onFloor += contact.a == tower.floor || contact.b == tower.floor ? contact.normalForce : 0;
         }
         expectClose(solver.name + ", force on the floor", onFloor, n * standardGravity,
-                    traitsOf(solver).force * n * standardGravity);
+                    (traitsOf(solver).force + 2.6e-4) * n * standardGravity);
     });
 }
 
