@@ -42,7 +42,6 @@ struct World<S>::Impl {
 
     explicit Impl(const WorldDef& worldDef);
     SolverSettings settings() const;
-    void requireAccuracy(const AccuracyDef& accuracy) const;
     bool mayCollide(ProxyId a, ProxyId b) const;
     Body<S>& body(BodyId id) {
         requireId(id);

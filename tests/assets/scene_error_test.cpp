@@ -123,15 +123,15 @@ const Case cases[] = {
     {JOINT(R"("type": "ball", "a": "floor", "b": "wall", "anchor": [0, 0, 0])"), "bad.json:/joints/0", "not dynamic", "make one of them dynamic"},
     {R"({"cairn": 1, "bodies": [{"name": "a", "type": "static"}, {"name": "a", "type": "static"}]})", "bad.json:/bodies/1/name", "\"a\"", "number 0 in this list has it already"},
     // Joints.
-    {JOINT(R"("type": "hinge", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "axis": [0, 0, 0])"), "bad.json:/joints/0/axis", "[0, 0, 0]", "give a direction"},
+    {JOINT(R"("type": "hinge", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "axis": [0, 0, 0])"), "bad.json:/joints/0/axis", "[0,0,0]", "give a direction"},
     {JOINT(R"("type": "hinge", "a": "floor", "b": "crate", "anchor": [0, 0, 0])"), "bad.json:/joints/0/axis", "(missing)", "required"},
     {JOINT(R"("type": "slider", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "axis": [1, 0, 0], "lower": 2, "upper": 1)"), "bad.json:/joints/0/lower", "2", "at most upper, which is 1"},
     {JOINT(R"("type": "distance", "a": "floor", "b": "crate", "anchorA": [0, 0, 0], "anchorB": [0, 1, 0], "lower": -1)"), "bad.json:/joints/0/lower", "-1", "at least 0"},
     {JOINT(R"("type": "cone_twist", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "axis": [1, 0, 0], "swing": 4)"), "bad.json:/joints/0/swing", "4", "below 3.14"},
     {JOINT(R"("type": "ball", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "softness": {"compliance": -1})"), "bad.json:/joints/0/softness/compliance", "-1", "at least 0"},
     // Bodies and shapes that cannot be.
-    {R"({"cairn": 1, "bodies": [{"name": "ghost"}]})", "bad.json:/bodies/0/shapes", "(none)", "needs a shape"},
-    {R"({"cairn": 1, "bodies": [{"shapes": [{"halfspace": {"normal": [0, 1, 0]}}]}]})", "bad.json:/bodies/0/shapes/0", "halfspace", "make the body static"},
+    {R"({"cairn": 1, "bodies": [{"name": "ghost"}]})", "bad.json:/bodies/0/mass", "0", "give it a shape"},
+    {R"({"cairn": 1, "bodies": [{"shapes": [{"halfspace": {"normal": [0, 1, 0]}}]}]})", "bad.json:/bodies/0/type", "dynamic with a halfspace", "make the body static"},
     {SHAPE(R"({"hull": {"points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}})"), "bad.json:/bodies/0/shapes/0/hull", "in one plane", "four points that are not in one plane"},
     {SHAPE(R"({"hull": {"points": [[0, 0, 0]]}})"), "bad.json:/bodies/0/shapes/0/hull/points", "[[0,0,0]]", "at least 4"},
     {SHAPE(R"({"hull": {"file": "nothing.obj"}})"), "bad.json:/bodies/0/shapes/0/hull", "no such file", "check the path"},
