@@ -1,7 +1,7 @@
 #pragma once
 // What a game asks of shapes: where a ray meets them, how far apart they are, whether they overlap, what holds a point.
-// Plain functions of immutable data, so any thread may call them at any time. Poses must be finite. For bodies by the
-// thousand see body_query.hpp.
+// Plain functions of immutable data, so any thread may call them at any time. Poses must be finite. For the
+// bodies of a world see World::query().
 //
 // Meshes and height fields are surfaces: rays see their front (or both sides, if asked), shapes their triangles. Only a
 // closed mesh has an inside; a height field is solid below its triangles, down to its lowest height. Of two shapes that

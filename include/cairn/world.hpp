@@ -54,8 +54,7 @@ struct BodyErrorView {
 };
 
 // Not thread-safe: one thread at a time may call a world, but for queries between steps; inside, a step uses the job
-// system. Calls with a stale or
-// null id throw InputError. step() never throws and never prints.
+// system. Calls with a stale or null id throw InputError. step() never throws and never prints.
 template <class S>
 class World {
 public:
@@ -104,7 +103,7 @@ public:
     void applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point);
     void wake(BodyId id);
 
-    // Rays, casts, overlaps and distances, for any number of threads between steps (world_query.hpp). With a filter
+    // Rays, casts, overlaps and distances, for any number of threads between steps (query.hpp). With a filter
     // only bodies are seen that a body with that filter would collide with.
     WorldQuery query() const;
     WorldQuery query(const Filter& as) const;
