@@ -483,7 +483,7 @@ std::string toJson(const Scene& scene) {
                        [&](std::size_t i) -> const std::string& { return scene.bodies[i].name; });
     requireUniqueNames("joints", scene.joints.size(),
                        [&](std::size_t i) -> const std::string& { return scene.joints[i].name; });
-    SceneFile file{.cairn = version,
+    SceneFile file{.cairn = fileVersion,
                    .name = scene.name,
                    .description = scene.description,
                    .seconds = scene.seconds,

@@ -24,7 +24,7 @@ void describe(A& a, SceneView& v) {
 
 namespace cairn::scene_file {
 
-inline constexpr int version = 1;
+inline constexpr int fileVersion = 1;
 
 using Rule = FieldRule;
 
@@ -185,8 +185,10 @@ inline std::optional<Complaint> validate(const WorldFields& w) {
     return validate(w.def);
 }
 
+inline constexpr double leastHalfLength = 0.5 * minShapeSize();
+
 inline constexpr Rule lengthRule(const char* text) {
-    return {.text = text, .min = minShapeSize(), .required = true};
+    return {.text = text, .min = leastHalfLength, .required = true};
 }
 
 template <class A>
@@ -356,7 +358,8 @@ void describe(A& a, DeformableFields& f) {
 
 template <class A>
 void describe(A& a, SceneFile& s) {
-    a.field("cairn", s.cairn, {.text = "version of this format", .min = version, .max = version, .required = true});
+    a.field("cairn", s.cairn,
+            {.text = "version of this format", .min = fileVersion, .max = fileVersion, .required = true});
     a.field("$schema", s.schema, {"for editors; not read"});
     a.field("name", s.name, {"left out: the file's name"});
     a.field("description", s.description, {"what the scene is for"});

@@ -155,7 +155,8 @@ Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
             for (int k = 0; k < ids; ++k) {
                 const std::string field = type + "." + "abcd"[k];
                 if (!bodies.contains(joint.body(k))) {
-                    throw InputError(field, "a null or stale body id", "add the body before its joints");
+                    throw InputError(field, "a body id that is null, stale or of another world",
+                                     "add the body to this world before its joints");
                 }
                 for (int other = 0; other < k; ++other) {
                     if (joint.body(k) == joint.body(other)) {

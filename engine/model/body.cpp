@@ -1,5 +1,6 @@
 #include "engine/model/body.hpp"
 #include "collision/queries/time_of_impact.hpp"
+#include "collision/shapes/validate.hpp"
 #include "engine/model/describe.hpp"
 #include "engine/model/gyroscopics.hpp"
 
@@ -64,16 +65,6 @@ std::optional<Complaint> validate(const BodyDef& def) {
 }
 
 namespace {
-
-// What its own fields cannot say: its surfaces, and where they lie.
-void checkShapes(const BodyDef& def, const std::string& name) {
-    for (const Shape& shape : def.shapes) {
-        check(shape.material, name + ".shapes");
-        if (!shape.pose.isFinite()) {
-            throw InputError(name + ".shapes.position", "a non-finite number", "give finite numbers");
-        }
-    }
-}
 
 // Mass, centre and inertia of a dynamic body; fills def.mass in.
 template <class S>
@@ -144,8 +135,10 @@ void measureShapes(Body<S>& body, double continuousShare) {
 template <class S>
 Body<S> makeBody(const BodyDef& def, double continuousShare) {
     const std::string name = label(def);
+    for (std::size_t i = 0; i < def.shapes.size(); ++i) {
+        validate(def.shapes[i], [&] { return name + ".shapes[" + std::to_string(i) + "]"; });
+    }
     check(def, name);
-    checkShapes(def, name);
     Body<S> body;
     body.def = def;
     body.def.rotation.normalize();

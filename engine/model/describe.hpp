@@ -204,7 +204,7 @@ void describe(A& a, RopeDef& d) {
     a.field("from", d.from, {.text = "m, world at time 0", .required = true});
     a.field("to", d.to, {.text = "m, world at time 0", .required = true});
     a.field("segments", d.segments, {"straight parts, one less than particles", 1, 1e6});
-    a.field("radius", d.radius, {"m", minShapeSize()});
+    a.field("radius", d.radius, {"m", 0.5 * minShapeSize()});
     a.field("mass", d.mass, {.text = "kg, of the whole rope", .min = 0, .above = true});
     a.field("stiffness", d.stiffness,
             {.text = "N: force that would double its length; left out: it does not stretch",
@@ -225,7 +225,7 @@ inline std::optional<Complaint> validate(const RopeDef& d) {
 // But for its mesh.
 template <class A>
 void describe(A& a, ClothDef& d) {
-    a.field("radius", d.radius, {"m, half its thickness", minShapeSize()});
+    a.field("radius", d.radius, {"m, half its thickness", 0.5 * minShapeSize()});
     a.field("mass", d.mass, {.text = "kg, of the whole sheet", .min = 0, .above = true});
     a.field("stretchStiffness", d.stretchStiffness,
             {.text = "N/m: Young's modulus times thickness", .min = 0, .above = true});
@@ -237,7 +237,7 @@ void describe(A& a, ClothDef& d) {
 template <class A>
 void describe(A& a, SoftBodyDef& d) {
     a.field("cell", d.cell, {.text = "m, about the side of a cell", .min = 0, .above = true});
-    a.field("radius", d.radius, {"m, of its particles, which lie so deep below the surface", minShapeSize()});
+    a.field("radius", d.radius, {"m, of its particles, which lie so deep below the surface", 0.5 * minShapeSize()});
     a.field("mass", d.mass, {"kg; 0: from the density", 0});
     a.field("density", d.density, densityRule);
     a.field("youngModulus", d.youngModulus, {.text = "Pa", .min = 0, .above = true});

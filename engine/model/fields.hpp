@@ -21,17 +21,15 @@ struct FieldRule {
     const char* text;  // unit and meaning: the schema's description and a part of error messages
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
-    bool above = false;  // least itself is not allowed
-    bool below = false;  // most itself is not allowed
+    bool above = false;  // min itself is not allowed
+    bool below = false;  // max itself is not allowed
     bool required = false;
     std::size_t minItems = 0;    // elements of a list
     bool direction = false;      // a vector of any length but 0
     bool mayBeInfinite = false;  // which a file says by leaving it out
-    bool fileOnly = false;       // least and most hold in files, where leaving out says what numbers beyond them say
+    bool fileOnly = false;       // min and max hold in files, where leaving out says what numbers beyond them say
 
-    bool allows(double x) const {
-        return (above ? x > smallest : x >= smallest) && (below ? x < largest : x <= largest);
-    }
+    bool allows(double x) const { return (above ? x > min : x >= min) && (below ? x < max : x <= max); }
     // "a number above 0 and below 2"; `kind` is "a number".
     std::string wanted(const char* kind) const;
 };
@@ -66,12 +64,11 @@ inline std::string numberText(double x) {
 
 inline std::string FieldRule::wanted(const char* kind) const {
     std::string out = kind;
-    if (std::isfinite(smallest)) {
-        out += (above ? " above " : " of at least ") + numberText(smallest);
+    if (std::isfinite(min)) {
+        out += (above ? " above " : " of at least ") + numberText(min);
     }
-    if (std::isfinite(largest)) {
-        out += (std::isfinite(smallest) ? " and" : "") + std::string(below ? " below " : " of at most ") +
-               numberText(largest);
+    if (std::isfinite(max)) {
+        out += (std::isfinite(min) ? " and" : "") + std::string(below ? " below " : " of at most ") + numberText(max);
     }
     return out;
 }

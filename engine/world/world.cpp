@@ -3,11 +3,33 @@
 #include "engine/world/world_impl.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace cairn {
 
 static_assert(qualityLevelCount == maxEffort + 1);
+
+namespace {
+
+// What a world that was moved from answers to a step, which never throws.
+const StepReport& refusedReport() {
+    static const StepReport report = [] {
+        StepReport r;
+        r.flags = FlagRefused;
+        return r;
+    }();
+    return report;
+}
+
+}  // namespace
+
+std::uint32_t firstGenerationOfWorld() {
+    static std::atomic<std::uint32_t> worlds = 0;
+    // 2^32 over the golden ratio, odd: every world has a place of its own, and the places of any number n of worlds lie
+    // at least 2^32 / (4 n) apart, so that ids of two worlds meet only after one slot has been used so often.
+    return worlds.fetch_add(1, std::memory_order_relaxed) * 0x9E3779B1U;
+}
 
 template <class S>
 World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef) {
@@ -64,7 +86,7 @@ void World<S>::Impl::wakeNeighbours(std::uint32_t index) {
 
 template <class S>
 World<S>::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {
-    Impl* impl = impl_.get();
+    Impl* impl = &*impl_;
     impl->broadPhase.setFilter([impl](ProxyId a, ProxyId b) { return impl->mayCollide(a, b); });
 }
 template <class S>
@@ -76,12 +98,15 @@ World<S>& World<S>::operator=(World&&) noexcept = default;
 
 template <class S>
 const StepReport& World<S>::step(S dt) {
+    if (!impl_) {
+        return refusedReport();
+    }
     impl_->step(dt);
     return impl_->report;
 }
 template <class S>
 const StepReport& World<S>::report() const {
-    return impl_->report;
+    return impl_ ? impl_->report : refusedReport();
 }
 
 template <class S>

@@ -77,7 +77,7 @@ enum StepFlag : std::uint32_t {
     // or a joint is open by .1 m.
     FlagUnconverged = 2,
     FlagRepaired = 4,    // the narrow phase failed on a pair and answered it otherwise; counts.narrow says how often
-    FlagRefused = 8,     // dt was not in (0, 1] s: nothing moved
+    FlagRefused = 8,     // dt was not in (0, 1] s, or the world was moved from: nothing moved
     FlagTolerance = 16,  // an island's error is above what AccuracyDef asks, at AccuracyDef::maxSubdivisions
     // An island gained energy from nothing (counts.energetic): over 1 % of its kinetic energy and what a fall by 10 cm
     // gives.
