@@ -136,18 +136,13 @@ private:
         return static_cast<std::size_t>(found - words.begin());
     }
 
-    static double number(const json& value, const Place& place, const Rule& rule) {
+    static double number(const json& value, const Place& place, const Rule& rule, const char* kind = "a number") {
         if (!value.is_number()) {
-            fail(place, value, "a number", rule);
+            fail(place, value, kind, rule);
         }
         const double x = value.get<double>();
-        if (x < rule.min || (rule.above && x == rule.min)) {
-            fail(place, value, std::string("a number ") + (rule.above ? "above " : "of at least ") + shown(rule.min),
-                 rule);
-        }
-        if (x > rule.max || (rule.below && x == rule.max)) {
-            fail(place, value, std::string("a number ") + (rule.below ? "below " : "of at most ") + shown(rule.max),
-                 rule);
+        if (!rule.allows(x)) {
+            fail(place, value, rule.wanted(kind), rule);
         }
         return x;
     }
@@ -157,7 +152,7 @@ private:
         Rule bounded = rule;
         bounded.min = std::max(rule.min, static_cast<double>(std::numeric_limits<Integer>::min()));
         bounded.max = std::min(rule.max, static_cast<double>(std::numeric_limits<Integer>::max()));
-        const double x = number(value, place, bounded);
+        const double x = number(value, place, bounded, "a whole number");
         if (x != std::floor(x)) {
             fail(place, value, "a whole number", rule);
         }
@@ -219,6 +214,9 @@ private:
         for (std::size_t i = 0; i < 3; ++i) {
             out[static_cast<int>(i)] = number(value[i], place.at(i), rule);
         }
+        if (rule.direction && !(out.norm() > shortestDirection)) {
+            fail(place, value, "a direction, a vector longer than " + shown(shortestDirection), rule);
+        }
     }
 
     static void readValue(const json& value, const Place& place, Quatd& out, const Rule& rule) {
@@ -228,7 +226,7 @@ private:
             q[static_cast<int>(i)] = number(value[i], place.at(i), rule);
         }
         const double norm = q.stableNorm();
-        if (!(norm > 0)) {
+        if (!(norm > shortestQuaternion)) {
             fail(place, value, "a quaternion that is not zero; no turn is [0, 0, 0, 1]", rule);
         }
         // A unit quaternion is left as it is, so that what was written is read back to the last bit.
@@ -283,6 +281,14 @@ private:
         ObjectReader reader(value, place);
         describe(reader, out);
         reader.finish();
+        if constexpr (requires { validate(out); }) {
+            const std::optional<Complaint> wrong = validate(out);
+            if (wrong) {
+                std::string field = wrong->field;
+                std::replace(field.begin(), field.end(), '.', '/');
+                throw InputError(place.pointer() + (field.empty() ? "" : "/" + field), wrong->value, wrong->remedy);
+            }
+        }
     }
 
     friend SceneFile readFile(const json& root, const std::string& name);

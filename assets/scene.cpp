@@ -22,12 +22,6 @@ std::string quoted(const std::string& text) {
     return "\"" + text + "\"";
 }
 
-std::string number(double x) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.9g", x);
-    return buffer;
-}
-
 // Runs `make`; an InputError inside is thrown again with `where` before its field.
 template <class Make>
 auto locate(const std::string& where, const Make& make) {
@@ -129,9 +123,6 @@ public:
         if ((scene.view.eye - scene.view.target).norm() == 0) {
             throw InputError(root_ + "/view/target", "the same point as eye", "move one of the two");
         }
-        for (const auto& [name, material] : file_.materials) {
-            check(material, root_ + "/materials/" + name);
-        }
         for (std::size_t i = 0; i < file_.bodies.size(); ++i) {
             scene.bodies.push_back(body(i));
         }
@@ -145,11 +136,10 @@ public:
     }
 
 private:
-    static void check(const Material& material, const std::string& place) {
-        if (material.staticFriction >= 0 && material.staticFriction < material.friction) {
-            throw InputError(
-                place + "/staticFriction", number(material.staticFriction),
-                "give at least friction, which is " + number(material.friction) + ", or leave it out for the same");
+    // Of a def as a whole, which the reader has not seen.
+    static void complain(const std::string& place, const std::optional<Complaint>& wrong) {
+        if (wrong) {
+            throw InputError(place + "/" + wrong->field, wrong->value, wrong->remedy);
         }
     }
 
@@ -170,19 +160,9 @@ private:
         BodyDef def = fields.def;
         addName(bodyNames_, def.name, index, place);
         for (std::size_t i = 0; i < fields.shapes.size(); ++i) {
-            const std::string shapePlace = place + "/shapes/" + std::to_string(i);
-            def.shapes.push_back(shape(fields.shapes[i], shapePlace));
-            const ShapeKind kind = def.shapes.back().kind;
-            if (def.type == BodyType::Dynamic && (kind == ShapeKind::Mesh || kind == ShapeKind::HalfSpace)) {
-                throw InputError(shapePlace, name(kind),
-                                 "a dynamic body has no such shape; use a hull or several, or make the body static");
-            }
+            def.shapes.push_back(shape(fields.shapes[i], place + "/shapes/" + std::to_string(i)));
         }
-        if (def.type == BodyType::Dynamic && def.shapes.empty() &&
-            !(def.mass > 0 && (def.particle || def.inertia.minCoeff() > 0))) {
-            throw InputError(place + "/shapes", "(none)",
-                             "a dynamic body needs a shape, or both mass and inertia, or type static");
-        }
+        complain(place, validate(def));
         return def;
     }
 
@@ -208,7 +188,7 @@ private:
         made.material.staticFriction = fields.staticFriction.value_or(made.material.staticFriction);
         made.material.restitution = fields.restitution.value_or(made.material.restitution);
         made.material.density = fields.density.value_or(made.material.density);
-        check(made.material, place);
+        complain(place, validate(made.material));
         return made;
     }
 
@@ -334,7 +314,6 @@ private:
                     def.c = Scene::bodyAt(ends[2]);
                     def.d = Scene::bodyAt(ends[3]);
                 }
-                checkJoint(def, place);
             },
             fields.def);
         return {fields.name, fields.def};
@@ -388,29 +367,6 @@ private:
             },
             made);
         return made;
-    }
-
-    template <class Def>
-    static void checkJoint(const Def& def, const std::string& place) {
-        if constexpr (requires { def.axis; }) {
-            if (def.axis.norm() == 0) {
-                throw InputError(place + "/axis", "[0, 0, 0]", "give a direction");
-            }
-        }
-        if constexpr (requires { def.lower; }) {
-            checkOrder(def.lower, def.upper, place, "lower", "upper", std::is_same_v<Def, DistanceDef>);
-        }
-        if constexpr (requires { def.twistLower; }) {
-            checkOrder(def.twistLower, def.twistUpper, place, "twistLower", "twistUpper", false);
-        }
-    }
-
-    static void checkOrder(double lower, double upper, const std::string& place, const std::string& lowerName,
-                           const std::string& upperName, bool negativeMeansCurrent) {
-        if (lower > upper && !(negativeMeansCurrent && upper < 0)) {
-            throw InputError(place + "/" + lowerName, number(lower),
-                             "give at most " + upperName + ", which is " + number(upper));
-        }
     }
 
     SceneFile& file_;

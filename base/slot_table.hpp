@@ -13,11 +13,14 @@ namespace cairn {
 template <class T, class IdType>
 class SlotTable {
 public:
+    // Ids of two tables whose first generations are far apart are told apart.
+    explicit SlotTable(std::uint32_t firstGeneration = 0) : firstGeneration_(firstGeneration) {}
+
     IdType add(T value) {
         std::uint32_t index;
         if (free_.empty()) {
             index = static_cast<std::uint32_t>(slots_.size());
-            slots_.push_back({std::move(value), 0, true});
+            slots_.push_back({std::move(value), firstGeneration_, true});
         } else {
             index = free_.back();
             free_.pop_back();
@@ -56,6 +59,7 @@ private:
         std::uint32_t generation;
         bool used;
     };
+    std::uint32_t firstGeneration_;
     std::vector<Slot> slots_;
     std::vector<std::uint32_t> free_;
     std::size_t count_ = 0;

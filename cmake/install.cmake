@@ -23,7 +23,7 @@ foreach(header ${CAIRN_PUBLIC_HEADERS})
     install(FILES include/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
 endforeach()
 
-# Each public header compiles alone, and twice, with nothing of the inside in reach.
+# Each public header compiles alone, and twice, with nothing of the inside in reach, in a game without exceptions.
 if(CAIRN_TESTS)
     set(sources)
     foreach(header ${CAIRN_PUBLIC_HEADERS})
@@ -35,7 +35,7 @@ if(CAIRN_TESTS)
     add_library(cairn_header_check OBJECT ${sources})
     target_include_directories(cairn_header_check PRIVATE ${PROJECT_SOURCE_DIR}/include)
     target_link_libraries(cairn_header_check PRIVATE Eigen3::Eigen cairn_warnings)
-    target_compile_options(cairn_header_check PRIVATE -O0 -g0)
+    target_compile_options(cairn_header_check PRIVATE -O0 -g0 -fno-exceptions)
 endif()
 
 install(TARGETS cairn_base cairn_collision cairn_engine EXPORT cairn)

@@ -10,3 +10,4 @@
 #include "collision/shapes/collision_mesh.hpp"
 #include "collision/shapes/height_field.hpp"
 #include "collision/shapes/hull.hpp"
+#include "collision/shapes/validate.hpp"

@@ -18,17 +18,21 @@ void sortByBody(std::vector<Hit>& hits) {
     std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.body < b.body; });
 }
 
+void requireEnd(const Probe& probe) {
+    for (const Shape& shape : probe.shapes) {
+        if (shape.kind == ShapeKind::HalfSpace) {
+            throw InputError("probe.shapes", name(shape.kind), "cast shapes that have an end");
+        }
+    }
+}
+
 // The box of a probe as a middle and half extents.
 struct Boxed {
     Vec3d middle;
     Vec3d half;
     explicit Boxed(const Probe& probe) {
+        requireEnd(probe);
         const Aabb box = bounds(probe.shapes, probe.pose);
-        for (const Shape& shape : probe.shapes) {
-            if (shape.kind == ShapeKind::HalfSpace) {
-                throw InputError("probe.shapes", name(shape.kind), "cast shapes that have an end");
-            }
-        }
         middle = 0.5 * (box.min + box.max);
         half = 0.5 * (box.max - box.min);
     }
@@ -187,11 +191,14 @@ std::optional<BodyDistance> BodyQuery::closest(const Probe& probe, double maxDis
 
 std::vector<std::optional<BodyRayHit>> BodyQuery::rayCasts(std::span<const Ray> rays, JobSystem& jobs,
                                                            const Filter& filter) const {
+    // Here, as an exception must not leave a game's own threads.
+    std::ranges::for_each(rays, [](const Ray& ray) { unitDirection(ray); });
     return batch<std::optional<BodyRayHit>>(rays.size(), jobs, [&](std::size_t i) { return rayCast(rays[i], filter); });
 }
 
 std::vector<std::optional<BodyCastHit>> BodyQuery::shapeCasts(std::span<const ProbeCast> casts, JobSystem& jobs,
                                                               const Filter& filter) const {
+    std::ranges::for_each(casts, [](const ProbeCast& cast) { requireEnd(cast.probe); });
     return batch<std::optional<BodyCastHit>>(
         casts.size(), jobs, [&](std::size_t i) { return shapeCast(casts[i].probe, casts[i].displacement, filter); });
 }

@@ -2,6 +2,7 @@
 
 #include "base/base.hpp"
 #include "collision/shapes/hull.hpp"
+#include "collision/shapes/validate.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -96,10 +97,8 @@ MassProperties massProperties(std::span<const Shape> shapes) {
     std::vector<MassProperties> parts;
     MassProperties whole;
     for (const Shape& shape : shapes) {
+        validate(shape, [&] { return "shapes[" + std::to_string(&shape - shapes.data()) + "]"; });
         const double density = shape.material.density;
-        if (!std::isfinite(density) || density <= 0) {
-            throw InputError("material.density", std::to_string(density), "give a positive density in kg/m3");
-        }
         const Solid s = solid(shape);
         const Mat3d rotation = shape.pose.rotation.toRotationMatrix();
         parts.push_back(

@@ -1,9 +1,9 @@
 #include <cairn/shapes.hpp>
 
-#include "base/base.hpp"
 #include "collision/shapes/collision_mesh.hpp"
 #include "collision/shapes/height_field.hpp"
 #include "collision/shapes/hull.hpp"
+#include "collision/shapes/validate.hpp"
 
 #include <cmath>
 
@@ -11,46 +11,11 @@ namespace cairn {
 
 namespace {
 
-std::string text(double value) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%g", value);
-    return buffer;
-}
-
-void requireSize(const std::string& field, double value) {
-    if (!std::isfinite(value)) {
-        throw InputError(field, text(value), "give a finite length in m");
-    }
-    if (value <= 0) {
-        throw InputError(field, text(value), "give a positive length in m");
-    }
-    if (value < minShapeSize()) {
-        throw InputError(field, text(value),
-                         "give at least " + text(minShapeSize()) + " m, or scale the scene up: contacts of thinner " +
-                             "shapes are not reliable");
-    }
-}
-
 Shape sized(ShapeKind kind, const Vec3d& size) {
     Shape shape;
     shape.kind = kind;
     shape.size = size;
     return shape;
-}
-
-Shape standing(ShapeKind kind, double radius, double halfHeight) {
-    const std::string shapeName = name(kind);
-    requireSize(shapeName + ".radius", radius);
-    requireSize(shapeName + ".halfHeight", halfHeight);
-    return sized(kind, {radius, halfHeight, 0});
-}
-
-Shape withAxes(ShapeKind kind, const char* field, const Vec3d& axes) {
-    const char* letters[] = {".x", ".y", ".z"};
-    for (int i = 0; i < 3; ++i) {
-        requireSize(std::string(name(kind)) + "." + field + letters[i], axes[i]);
-    }
-    return sized(kind, axes);
 }
 
 }  // namespace
@@ -82,49 +47,41 @@ const char* name(ShapeKind kind) {
 }
 
 Shape sphere(double radius) {
-    requireSize("sphere.radius", radius);
-    return sized(ShapeKind::Sphere, {radius, 0, 0});
+    return validMade(sized(ShapeKind::Sphere, {radius, 0, 0}));
 }
 
 Shape capsule(double radius, double halfHeight) {
-    return standing(ShapeKind::Capsule, radius, halfHeight);
+    return validMade(sized(ShapeKind::Capsule, {radius, halfHeight, 0}));
 }
 
 Shape box(const Vec3d& halfExtents) {
-    return withAxes(ShapeKind::Box, "halfExtents", halfExtents);
+    return validMade(sized(ShapeKind::Box, halfExtents));
 }
 
 Shape cylinder(double radius, double halfHeight) {
-    return standing(ShapeKind::Cylinder, radius, halfHeight);
+    return validMade(sized(ShapeKind::Cylinder, {radius, halfHeight, 0}));
 }
 
 Shape cone(double radius, double halfHeight) {
-    return standing(ShapeKind::Cone, radius, halfHeight);
+    return validMade(sized(ShapeKind::Cone, {radius, halfHeight, 0}));
 }
 
 Shape ellipsoid(const Vec3d& semiAxes) {
-    return withAxes(ShapeKind::Ellipsoid, "semiAxes", semiAxes);
+    return validMade(sized(ShapeKind::Ellipsoid, semiAxes));
 }
 
 Shape halfSpace(const Vec3d& normal, double offset) {
     const double length = normal.stableNorm();
-    if (!std::isfinite(length) || length <= 0) {
-        throw InputError("halfspace.normal",
-                         "(" + text(normal.x()) + ", " + text(normal.y()) + ", " + text(normal.z()) + ")",
-                         "give a finite direction that is not zero");
-    }
-    if (!std::isfinite(offset)) {
-        throw InputError("halfspace.offset", text(offset), "give a finite distance in m");
-    }
-    Shape shape = sized(ShapeKind::HalfSpace, normal / length);
+    // What has no direction stays as it is, for the check to refuse.
+    Shape shape = sized(ShapeKind::HalfSpace, length > 0 && std::isfinite(length) ? Vec3d(normal / length) : normal);
     shape.offset = offset;
-    return shape;
+    return validMade(std::move(shape));
 }
 
 Shape hull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces) {
     Shape shape = sized(ShapeKind::Hull, Vec3d::Zero());
     shape.hull = std::make_shared<const Hull>(makeHull(std::move(vertices), std::move(faces)));
-    return shape;
+    return validMade(std::move(shape));
 }
 
 Shape mesh(const TriangleMesh& triangles) {
@@ -132,15 +89,9 @@ Shape mesh(const TriangleMesh& triangles) {
 }
 
 Shape meshInstance(std::shared_ptr<const CollisionMesh> shared, const Vec3d& scale) {
-    CAIRN_CHECK(shared, "no mesh");
-    for (int i = 0; i < 3; ++i) {
-        if (!std::isfinite(scale[i]) || scale[i] <= 0) {
-            throw InputError("mesh.scale", text(scale[i]), "give positive factors");
-        }
-    }
     Shape shape = sized(ShapeKind::Mesh, scale);
     shape.mesh = std::move(shared);
-    return shape;
+    return validMade(std::move(shape));
 }
 
 Shape heightField(int columns, int rows, std::vector<double> heights, double cellSize) {
@@ -148,10 +99,9 @@ Shape heightField(int columns, int rows, std::vector<double> heights, double cel
 }
 
 Shape heightField(std::shared_ptr<const HeightField> shared) {
-    CAIRN_CHECK(shared, "no height field");
-    Shape shape = sized(ShapeKind::HeightField, {shared->cellSize(), 0, 0});
+    Shape shape = sized(ShapeKind::HeightField, {shared ? shared->cellSize() : 0, 0, 0});
     shape.field = std::move(shared);
-    return shape;
+    return validMade(std::move(shape));
 }
 
 }  // namespace cairn

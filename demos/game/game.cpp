@@ -8,6 +8,5 @@ int main() {
         const cairn::StepReport& report = world.step(1.0 / 60);
         if (!report.ok()) std::printf("%s\n", report.summary().c_str());
     }
-    const auto pose = world.pose(crate);
-    std::printf("%.3f %.3f %.3f\n", pose.position.x(), pose.position.y(), pose.position.z());
+    std::printf("The crate lies at %.3f m.\n", world.pose(crate).position.y());
 }

@@ -1,6 +1,7 @@
 #include <cairn/diagnosis.hpp>
 
 #include "engine/analysis/forecast.hpp"
+#include "engine/model/describe.hpp"
 #include "engine/solve/auto.hpp"
 #include "engine/solve/newton/direct.hpp"
 #include "engine/world/world_impl.hpp"
@@ -333,12 +334,9 @@ private:
 
 template <class S>
 Diagnosis World<S>::Impl::diagnose(S dt, double position) {
-    if (!(dt > S(0)) || !(dt <= S(1))) {
-        throw InputError("diagnose.dt", std::to_string(dt), "give seconds in (0, 1]");
-    }
-    if (!(position > 0) || !std::isfinite(position)) {
-        throw InputError("diagnose.position", std::to_string(position), "give a length > 0 in m");
-    }
+    const FieldCheck given("diagnose");
+    given.field("dt", static_cast<double>(dt), stepRule);
+    given.field("position", position, {.text = "m, what a step may err by", .min = 0, .above = true});
     moveProxies(static_cast<double>(dt));
     broadPhase.update();
     // Tables of its own: what the world keeps from step to step stays as it is.

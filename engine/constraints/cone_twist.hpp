@@ -20,8 +20,8 @@ void describe(A& a, ConeTwistDef& j) {
     a.field("twistUpper", j.twistUpper, twist);
 }
 
-inline void validate(const ConeTwistDef& j) {
-    requireAngles(j.typeName, "twistLower", j.twistLower, j.twistUpper);
+inline std::optional<Complaint> validate(const ConeTwistDef& j) {
+    return anglesInOrder("twistLower", j.twistLower, "twistUpper", j.twistUpper);
 }
 
 template <class S>

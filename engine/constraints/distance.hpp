@@ -21,10 +21,8 @@ void describe(A& a, DistanceDef& j) {
     a.field("upper", j.upper, length);
 }
 
-inline void validate(const DistanceDef& j) {
-    if (!(j.lower < 0) && !(j.upper < 0)) {
-        requireOrder(j.typeName, "lower", j.lower, j.upper);
-    }
+inline std::optional<Complaint> validate(const DistanceDef& j) {
+    return j.lower < 0 || j.upper < 0 ? std::nullopt : inOrder("lower", j.lower, "upper", j.upper);
 }
 
 template <class S>

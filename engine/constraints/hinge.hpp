@@ -17,8 +17,8 @@ void describe(A& a, HingeDef& j) {
     a.field("motorTorque", j.motorTorque, {"N m, the most the motor gives; 0: no motor", 0});
 }
 
-inline void validate(const HingeDef& j) {
-    requireAngles(j.typeName, "lower", j.lower, j.upper);
+inline std::optional<Complaint> validate(const HingeDef& j) {
+    return anglesInOrder("lower", j.lower, "upper", j.upper);
 }
 
 template <class S>

@@ -10,46 +10,6 @@ std::string text(double value) {
     return std::to_string(value);
 }
 
-// Holds the fields of a definition against their rules.
-class FieldCheck {
-public:
-    explicit FieldCheck(std::string type) : type_(std::move(type)) {}
-
-    void field(const char* name, const double& value, const FieldRule& rule) const {
-        const bool finite = std::isfinite(value) || (rule.mayBeInfinite && !std::isnan(value));
-        const bool high = rule.above ? value > rule.min : value >= rule.min;
-        const bool low = rule.below ? value < rule.max : value <= rule.max;
-        if (!finite || !(rule.fileOnly || (high && low))) {
-            throw InputError(type_ + "." + name, text(value), "give " + wanted(rule) + " (" + rule.text + ")");
-        }
-    }
-    void field(const char* name, const Vec3d& value, const FieldRule& rule) const {
-        if (!value.allFinite()) {
-            throw InputError(type_ + "." + name,
-                             "(" + text(value.x()) + ", " + text(value.y()) + ", " + text(value.z()) + ")",
-                             "give finite numbers");
-        }
-        if (rule.direction && !(value.norm() > 1e-9)) {
-            throw InputError(type_ + "." + name, "length " + text(value.norm()),
-                             "give a direction of length over 1e-9");
-        }
-    }
-
-private:
-    static std::string wanted(const FieldRule& rule) {
-        std::string limits = rule.mayBeInfinite ? "a number" : "a finite number";
-        if (rule.min > -unlimited) {
-            limits += (rule.above ? " above " : " of at least ") + text(rule.min);
-        }
-        if (rule.max < unlimited) {
-            limits += (rule.below ? " below " : " up to ") + text(rule.max);
-        }
-        return limits;
-    }
-
-    std::string type_;
-};
-
 struct WorldFrames {
     Posed a;
     Posed b;
@@ -120,15 +80,9 @@ void holdParticles(Joint<S>& joint, const BodyTable<S>& bodies, const std::strin
 // Frequency and damping ratio become compliance and damping through each row's own effective mass.
 template <class S>
 void applySoftness(Joint<S>& joint, const Softness& s, const BodyTable<S>& bodies, const std::string& type) {
-    Softness checked = s;
-    const FieldCheck check(type + ".softness");
-    describe(check, checked);
-    if (s.frequency == 0 && s.compliance == 0 && s.damping == 0) {
-        return;
-    }
+    check(s, type + ".softness");
     if (s.frequency == 0 && s.compliance == 0) {
-        throw InputError(type + ".softness.damping", text(s.damping),
-                         "damping needs a compliance > 0 beside it (a rigid row has nothing to damp)");
+        return;
     }
     std::vector<Row<S>> rows;
     RowBlock<S> block;
@@ -201,7 +155,8 @@ Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
             for (int k = 0; k < ids; ++k) {
                 const std::string field = type + "." + "abcd"[k];
                 if (!bodies.contains(joint.body(k))) {
-                    throw InputError(field, "a null or stale body id", "add the body before its joints");
+                    throw InputError(field, "a body id that is null, stale or of another world",
+                                     "add the body to this world before its joints");
                 }
                 for (int other = 0; other < k; ++other) {
                     if (joint.body(k) == joint.body(other)) {
@@ -222,12 +177,7 @@ Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
                     "a joint between \"" + bodies[d.a.index].def.name + "\" and \"" + bodies[d.b.index].def.name + "\"",
                     "make at least one of them dynamic");
             }
-            auto checked = d;
-            const FieldCheck check(type);
-            describe(check, checked);
-            if constexpr (requires { validate(d); }) {
-                validate(d);
-            }
+            check(d, type);
             if constexpr (betweenParticles) {
                 std::array<Vec3<S>, 4> x{};
                 for (int k = 0; k < ids; ++k) {

@@ -23,26 +23,36 @@ void describe(A& a, Softness& s) {
     a.field("dampingRatio", s.dampingRatio, {"of critical, used with frequency", 0});
 }
 
+inline std::optional<Complaint> validate(const Softness& s) {
+    if (s.damping > 0 && s.frequency == 0 && s.compliance == 0) {
+        return Complaint{"damping", numberText(s.damping),
+                         "damping needs a compliance > 0 beside it (a rigid row has nothing to damp)"};
+    }
+    return std::nullopt;
+}
+
 inline constexpr FieldRule anchorRule = {.text = "m, world at time 0", .required = true};
 inline constexpr FieldRule axisRule = {
     .text = "direction, world at time 0, of any length but 0", .required = true, .direction = true};
 inline constexpr FieldRule speedRule = {"m/s, of b against a"};
 inline constexpr FieldRule turnRateRule = {"rad/s, of b against a"};
 
-inline void requireOrder(const char* type, const char* lowerName, double lower, double upper) {
-    if (std::isnan(lower) || std::isnan(upper) || lower > upper) {
-        throw InputError(std::string(type) + "." + lowerName, std::to_string(lower),
-                         "it must not exceed the upper limit " + std::to_string(upper));
+inline std::optional<Complaint> inOrder(const char* lowerName, double lower, const char* upperName, double upper) {
+    if (lower > upper) {
+        return Complaint{lowerName, numberText(lower),
+                         std::string("give at most ") + upperName + ", which is " + numberText(upper)};
     }
+    return std::nullopt;
 }
 
-inline void requireAngles(const char* type, const char* lowerName, double lower, double upper) {
-    requireOrder(type, lowerName, lower, upper);
+inline std::optional<Complaint> anglesInOrder(const char* lowerName, double lower, const char* upperName,
+                                              double upper) {
     constexpr double pi = std::numbers::pi;
     if ((std::isfinite(lower) && lower <= -pi) || (std::isfinite(upper) && upper >= pi)) {
-        throw InputError(std::string(type) + "." + lowerName, std::to_string(lower) + " .. " + std::to_string(upper),
-                         "angles are known within (-pi, pi) only: narrow the limits or leave them out");
+        return Complaint{lowerName, numberText(lower) + " .. " + numberText(upper),
+                         "angles are known within (-pi, pi) only: narrow the limits or leave them out"};
     }
+    return inOrder(lowerName, lower, upperName, upper);
 }
 
 // Three rows that bring two points together: C = p_b - p_a in the axes of a's joint frame (theory 4.4). Axes

@@ -6,8 +6,8 @@
 //   lambda  N or N m: a force, not an impulse, so that any solver, any step size and the next frame can reuse it.
 //           lambda > 0 drives C up.
 //   J       dC/dt = a . (v_a, w_a) + b . (v_b, w_b), twists in world axes about each body's centre of mass, linear part
-//   first. In a block of particles, which do not turn, the four halves a.linear, a.angular, b.linear, b.angular are
-//   the gradients of up to four bodies.
+//           first. In a block of particles, which do not turn, the four halves a.linear, a.angular, b.linear, b.angular
+//           are the gradients of up to four bodies.
 //   alpha   compliance, m/N or rad/(N m); damping in N s/m or N m s/rad acts beside it.
 //   lo, hi  N or N m. (-inf, inf): equality. (0, inf): C >= 0, pushing only.
 // A velocity row has no C: it asks J v = velocity (m/s or rad/s) as far as its bounds allow (motors, friction).

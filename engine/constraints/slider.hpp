@@ -17,8 +17,8 @@ void describe(A& a, SliderDef& j) {
     a.field("motorForce", j.motorForce, {"N, the most the motor gives; 0: no motor", 0});
 }
 
-inline void validate(const SliderDef& j) {
-    requireOrder(j.typeName, "lower", j.lower, j.upper);
+inline std::optional<Complaint> validate(const SliderDef& j) {
+    return inOrder("lower", j.lower, "upper", j.upper);
 }
 
 template <class S>

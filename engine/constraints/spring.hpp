@@ -18,10 +18,11 @@ void describe(A& a, SpringDef& j) {
         {.text = "m; left out: the distance at time 0; 0: pulls alike in all directions", .min = 0, .fileOnly = true});
 }
 
-inline void validate(const SpringDef& j) {
+inline std::optional<Complaint> validate(const SpringDef& j) {
     if (j.softness.compliance == 0 && j.softness.frequency == 0) {
-        throw InputError("spring.softness", "rigid", "give a compliance (1 / k) or a frequency, or use a distance");
+        return Complaint{"softness", "rigid", "give a compliance (1 / k) or a frequency, or use a distance"};
     }
+    return std::nullopt;
 }
 
 template <class S>

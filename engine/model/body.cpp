@@ -1,5 +1,7 @@
 #include "engine/model/body.hpp"
 #include "collision/queries/time_of_impact.hpp"
+#include "collision/shapes/validate.hpp"
+#include "engine/model/describe.hpp"
 #include "engine/model/gyroscopics.hpp"
 
 #include <cmath>
@@ -29,63 +31,40 @@ void requireSpeed(const BodyDef& def, const Vec3<S>& linear, const Vec3<S>& angu
 template void requireSpeed(const BodyDef&, const Vec3<float>&, const Vec3<float>&);
 template void requireSpeed(const BodyDef&, const Vec3<double>&, const Vec3<double>&);
 
-namespace {
-
-void requireNotNegative(const BodyDef& def, const char* field, double value) {
-    if (!(value >= 0) || !std::isfinite(value)) {
-        throw InputError(label(def) + "." + field, std::to_string(value), "give a finite number >= 0");
+std::optional<Complaint> validate(const BodyDef& def) {
+    if (def.type == BodyType::Dynamic && def.shapes.empty() && def.mass == 0) {
+        return Complaint{
+            "mass", "0",
+            "a dynamic body needs mass: give it a shape with density > 0, or a mass > 0, or make it static"};
     }
-}
-
-void validate(const BodyDef& def) {
-    requireFinite(def, "position", def.position.allFinite());
-    requireFinite(def, "linearVelocity", def.linearVelocity.allFinite());
-    requireFinite(def, "angularVelocity", def.angularVelocity.allFinite());
-    requireFinite(def, "rotation", def.rotation.coeffs().allFinite());
-    requireFinite(def, "gravityScale", std::isfinite(def.gravityScale));
-    requireNotNegative(def, "mass", def.mass);
-    requireNotNegative(def, "tolerance", def.tolerance);
-    requireNotNegative(def, "linearDamping", def.linearDamping);
-    requireNotNegative(def, "angularDamping", def.angularDamping);
-    if (!(def.rotation.norm() > 1e-6)) {
-        throw InputError(label(def) + ".rotation", "a quaternion of length 0", "give a unit quaternion x, y, z, w");
+    if (def.type == BodyType::Dynamic && def.shapes.empty() && !def.particle && def.inertia.isZero()) {
+        return Complaint{"inertia", "0", "give it a shape with volume, or an inertia > 0 about every axis"};
     }
-    if (!def.inertia.isZero() && !((def.inertia.array() > 0).all() && def.inertia.allFinite() &&
-                                   2 * def.inertia.maxCoeff() <= def.inertia.sum() * (1 + 1e-9))) {
-        throw InputError(label(def) + ".inertia", "not that of a body",
-                         "give three positive moments, each at most the sum of the other two");
+    if (!def.inertia.isZero() &&
+        !((def.inertia.array() > 0).all() && 2 * def.inertia.maxCoeff() <= def.inertia.sum() * (1 + 1e-9))) {
+        return Complaint{"inertia", "not that of a body",
+                         "give three positive moments, each at most the sum of the other two"};
     }
     if (def.particle && (def.type != BodyType::Dynamic || !def.angularVelocity.isZero() || !def.inertia.isZero())) {
-        throw InputError(label(def) + ".particle", "true for a body that is fixed, or with a spin or an inertia",
-                         "leave type, angularVelocity and inertia out: a particle is dynamic and does not turn");
+        return Complaint{"particle", "true for a body that is fixed, or with a spin or an inertia",
+                         "leave type, angularVelocity and inertia out: a particle is dynamic and does not turn"};
     }
     if (def.particle &&
         (def.shapes.size() > 1 || (def.shapes.size() == 1 && (def.shapes[0].kind != ShapeKind::Sphere ||
                                                               !def.shapes[0].pose.position.isZero())))) {
-        throw InputError(label(def) + ".shapes", "of a particle, other than one sphere about its centre",
-                         "give a particle no shape or one sphere: what does not turn can only be round");
+        return Complaint{"shapes", "of a particle, other than one sphere about its centre",
+                         "give a particle no shape or one sphere: what does not turn can only be round"};
     }
     for (const Shape& shape : def.shapes) {
-        const Material& m = shape.material;
-        requireNotNegative(def, "shapes.friction", m.friction);
-        if (!std::isfinite(m.staticFriction) || (m.staticFriction >= 0 && m.staticFriction < m.friction)) {
-            throw InputError(label(def) + ".shapes.staticFriction", std::to_string(m.staticFriction),
-                             "give a number that is not below friction, or a negative one for the same as friction");
-        }
-        requireNotNegative(def, "shapes.restitution", m.restitution);
-        if (m.restitution > 1) {
-            throw InputError(label(def) + ".shapes.restitution", std::to_string(m.restitution),
-                             "give a number in [0, 1]");
-        }
-        if (!shape.pose.isFinite()) {
-            throw InputError(label(def) + ".shapes.position", "a non-finite number", "give finite numbers");
-        }
         if (def.type == BodyType::Dynamic && !isConvex(shape.kind)) {
-            throw InputError(label(def) + ".type", "dynamic with a " + std::string(name(shape.kind)),
-                             "make it static, or give it convex shapes (hulls)");
+            return Complaint{"type", "dynamic with a " + std::string(name(shape.kind)),
+                             "make the body static, or give it convex shapes (hulls)"};
         }
     }
+    return std::nullopt;
 }
+
+namespace {
 
 // Mass, centre and inertia of a dynamic body; fills def.mass in.
 template <class S>
@@ -155,7 +134,11 @@ void measureShapes(Body<S>& body, double continuousShare) {
 
 template <class S>
 Body<S> makeBody(const BodyDef& def, double continuousShare) {
-    validate(def);
+    const std::string name = label(def);
+    for (std::size_t i = 0; i < def.shapes.size(); ++i) {
+        validate(def.shapes[i], [&] { return name + ".shapes[" + std::to_string(i) + "]"; });
+    }
+    check(def, name);
     Body<S> body;
     body.def = def;
     body.def.rotation.normalize();

@@ -1,6 +1,10 @@
 // All solvers. A new one is its .cpp, which defines make<Kind>(), and one line here.
 #include "engine/solve/solver.hpp"
 
+#include "engine/model/describe.hpp"
+
+#include <algorithm>
+
 #define CAIRN_SOLVERS(SOLVER)                                                                       \
     SOLVER(Auto, "auto", "picks the cheapest that will do, island by island")                       \
     SOLVER(Direct, "direct", "the whole island solved exactly: sparse Newton in body space")        \
@@ -37,24 +41,6 @@ const std::vector<Entry<S>>& entries() {
     return list;
 }
 
-void require(bool good, const char* field, double value, const char* remedy) {
-    if (!good) {
-        throw InputError(std::string("solver.") + field, std::to_string(value), remedy);
-    }
-}
-
-void validate(const SolverDef& def) {
-    require(def.substeps >= 0 && def.substeps <= 1000, "substeps", def.substeps, "give 0 (the solver's own) to 1000");
-    require(def.iterations >= 0 && def.iterations <= 100000, "iterations", def.iterations,
-            "give 0 (the solver's own) to 100000");
-    require(def.relaxation >= 0 && def.relaxation < 2, "relaxation", def.relaxation,
-            "give 0 (the solver's own) or a number in (0, 2)");
-    require(def.warmStart >= 0 && def.warmStart <= 1, "warmStart", def.warmStart, "give a share in [0, 1]");
-    require(def.tolerance >= 0 && std::isfinite(def.tolerance), "tolerance", def.tolerance,
-            "give 0 (the solver's own) or a speed in m/s");
-    require(def.directWork >= 0, "directWork", def.directWork, "give 0 (the default) or a count of multiply-adds");
-}
-
 }  // namespace
 
 const std::vector<SolverInfo>& solverList() {
@@ -68,17 +54,31 @@ const std::vector<SolverInfo>& solverList() {
     return list;
 }
 
+std::optional<Complaint> validate(const SolverDef& def) {
+    const auto isNamed = [&](const char* name) { return def.name == name; };
+    if (std::none_of(solverList().begin(), solverList().end(), [&](const auto& info) { return isNamed(info.name); })) {
+        std::string known;
+        for (const SolverInfo& info : solverList()) {
+            known += (known.empty() ? "" : ", ") + std::string(info.name);
+        }
+        return Complaint{"name", "\"" + def.name + "\"", "give one of " + known};
+    }
+    // Other solvers need a symmetric mass matrix.
+    constexpr std::array free = {"gauss_seidel", "jacobi", "nonlinear_gs", "xpbd"};
+    if (def.gyroscopicInertia && std::none_of(free.begin(), free.end(), isNamed)) {
+        return Complaint{"gyroscopicInertia", "true with the solver \"" + def.name + "\"",
+                         "leave it out, or use gauss_seidel, jacobi, nonlinear_gs or xpbd: other solvers need a "
+                         "symmetric mass matrix"};
+    }
+    return std::nullopt;
+}
+
 template <class S>
 std::unique_ptr<Solver<S>> makeSolver(const SolverSettings& settings) {
-    validate(settings.def);
-    std::string known;
-    for (const Entry<S>& entry : entries<S>()) {
-        if (settings.def.name == entry.info.name) {
-            return entry.make(settings);
-        }
-        known += (known.empty() ? "" : ", ") + std::string(entry.info.name);
-    }
-    throw InputError("solver.name", "\"" + settings.def.name + "\"", "give one of " + known);
+    check(settings.def, "solver");
+    const auto entry = std::find_if(entries<S>().begin(), entries<S>().end(),
+                                    [&](const Entry<S>& e) { return settings.def.name == e.info.name; });
+    return entry->make(settings);
 }
 
 template std::unique_ptr<Solver<float>> makeSolver(const SolverSettings&);

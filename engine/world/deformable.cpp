@@ -1,6 +1,7 @@
 #include <cairn/deformable.hpp>
 
 #include "base/so3.hpp"
+#include "engine/model/describe.hpp"
 
 #include <map>
 #include <numbers>
@@ -30,18 +31,6 @@ BodyId at(int particle) {
     return {static_cast<std::uint32_t>(particle), 0};
 }
 
-void requirePositive(const std::string& field, double value) {
-    if (!(value > 0) || !std::isfinite(value)) {
-        throw InputError(field, text(value), "give a finite number > 0");
-    }
-}
-
-void requireNotNegative(const std::string& field, double value) {
-    if (!(value >= 0) || !std::isfinite(value)) {
-        throw InputError(field, text(value), "give a finite number >= 0");
-    }
-}
-
 // A spring of `stiffness` (N/m or N m/rad) that relaxes in `time` (s).
 Softness spring(double stiffness, double time) {
     if (stiffness == unlimited) {
@@ -69,30 +58,9 @@ JointDef edge(int a, int b, const Vec3d& atA, const Vec3d& atB, const Softness& 
     return DistanceDef{.a = at(a), .b = at(b), .anchorA = atA, .anchorB = atB, .softness = softness, .collide = true};
 }
 
-template <class Def>
-void requireCommon(const std::string& type, const Def& def) {
-    requirePositive(type + ".radius", def.radius);
-    requireNotNegative(type + ".damping", def.damping);
-    requireNotNegative(type + ".friction", def.friction);
-    requireNotNegative(type + ".airDamping", def.airDamping);
-    if (!def.velocity.allFinite()) {
-        throw InputError(type + ".velocity", "a non-finite number", "give finite numbers");
-    }
-}
-
 Parts partsOf(const RopeDef& def) {
-    requireCommon("rope", def);
-    requirePositive("rope.mass", def.mass);
-    if (!(def.stiffness > 0)) {
-        throw InputError("rope.stiffness", text(def.stiffness), "give a number > 0, or unlimited");
-    }
-    if (def.segments < 1) {
-        throw InputError("rope.segments", std::to_string(def.segments), "give at least 1");
-    }
+    check(def, "rope");
     const double length = (def.to - def.from).norm();
-    if (!std::isfinite(length) || !(length > 0)) {
-        throw InputError("rope.to", text(length) + " m from `from`", "give two different finite points");
-    }
     Parts parts;
     const double share = def.mass / def.segments;
     for (int i = 0; i <= def.segments; ++i) {
@@ -167,10 +135,7 @@ std::map<std::pair<int, int>, SheetEdge> sheetEdges(const TriangleMesh& mesh) {
 }
 
 Parts partsOf(const ClothDef& def) {
-    requireCommon("cloth", def);
-    requirePositive("cloth.mass", def.mass);
-    requirePositive("cloth.stretchStiffness", def.stretchStiffness);
-    requireNotNegative("cloth.bendStiffness", def.bendStiffness);
+    check(def, "cloth");
     requireMesh("cloth.mesh", def.mesh);
     const TriangleMesh& mesh = def.mesh;
     std::vector<double> area(mesh.vertices.size(), 0);
@@ -460,12 +425,7 @@ Skin skinOf(const TriangleMesh& surface, const std::vector<Vec3d>& particles, do
 }
 
 Parts partsOf(const SoftBodyDef& def) {
-    requireCommon("soft", def);
-    requirePositive("soft.cell", def.cell);
-    requireNotNegative("soft.mass", def.mass);
-    requirePositive("soft.density", def.density);
-    requirePositive("soft.youngModulus", def.youngModulus);
-    requireNotNegative("soft.bulkModulus", def.bulkModulus);
+    check(def, "soft");
     requireMesh("soft.surface", def.surface);
     double inside = 0;
     std::map<std::pair<int, int>, int> open;
@@ -664,10 +624,7 @@ Deformable addDeformable(World<S>& world, const DeformableDef& def) {
             added.joints.push_back(world.addJoint(joint));
         }
         for (const Attachment& attachment : attachments) {
-            if (!attachment.position.allFinite()) {
-                throw InputError("attachments.position", "a non-finite number", "give finite numbers");
-            }
-            requireNotNegative("attachments.radius", attachment.radius);
+            check(attachment, "attachments");
             for (const std::size_t i : held(attachment, parts.particles)) {
                 added.attachments.push_back(world.add(
                     BallDef{.a = attachment.body, .b = added.particles[i], .anchor = parts.particles[i].position}));

@@ -29,7 +29,7 @@ std::vector<std::string> flagNames(std::uint32_t flags) {
 
 std::string StepReport::summary() const {
     if (flags & FlagRefused) {
-        return "step refused: dt must be a finite number of seconds in (0, 1]";
+        return "step refused: dt must be a finite number of seconds in (0, 1], and the world not moved from";
     }
     char text[400];
     std::snprintf(

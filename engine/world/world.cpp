@@ -1,78 +1,45 @@
+#include "engine/model/describe.hpp"
 #include "engine/model/gyroscopics.hpp"
 #include "engine/world/world_impl.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace cairn {
+
+static_assert(qualityLevelCount == maxEffort + 1);
+
 namespace {
 
-void requirePositive(const char* field, double value) {
-    if (!(value > 0) || !std::isfinite(value)) {
-        throw InputError(std::string("world.") + field, std::to_string(value), "give a finite number > 0");
-    }
+// What a world that was moved from answers to a step, which never throws.
+const StepReport& refusedReport() {
+    static const StepReport report = [] {
+        StepReport r;
+        r.flags = FlagRefused;
+        return r;
+    }();
+    return report;
 }
 
 }  // namespace
 
+std::uint32_t firstGenerationOfWorld() {
+    static std::atomic<std::uint32_t> worlds = 0;
+    // 2^32 over the golden ratio, odd: every world has a place of its own, and the places of any number n of worlds lie
+    // at least 2^32 / (4 n) apart, so that ids of two worlds meet only after one slot has been used so often.
+    return worlds.fetch_add(1, std::memory_order_relaxed) * 0x9E3779B1U;
+}
+
 template <class S>
 World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef) {
-    if (!def.gravity.allFinite()) {
-        throw InputError("world.gravity", "a non-finite number", "give finite numbers in m/s2");
-    }
-    requirePositive("contactMargin", def.contactMargin);
-    requirePositive("maxPushOutSpeed", def.maxPushOutSpeed);
-    requirePositive("continuousShare", def.continuousShare);
-    requirePositive("sleep.distance", def.sleep.distance);
-    requirePositive("sleep.time", def.sleep.time);
-    if (!(def.manifoldReuseDistance >= 0) || !std::isfinite(def.manifoldReuseDistance)) {
-        throw InputError("world.manifoldReuseDistance", std::to_string(def.manifoldReuseDistance),
-                         "give a finite length >= 0 in m");
-    }
-    if (!(def.restitutionSpeed >= 0)) {
-        throw InputError("world.restitutionSpeed", std::to_string(def.restitutionSpeed), "give a speed >= 0 in m/s");
-    }
-    requireAccuracy(def.accuracy);
+    check(def, "world");
     jobs = def.jobs ? def.jobs : makeTbbJobSystem(def.threads);
     solver = makeSolver<S>(settings());
 }
 
 template <class S>
-void World<S>::Impl::requireAccuracy(const AccuracyDef& accuracy) const {
-    const auto require = [](bool good, const char* field, double value, const char* remedy) {
-        if (!good) {
-            throw InputError(std::string("accuracy.") + field, std::to_string(value), remedy);
-        }
-    };
-    const auto amount = [](double value) { return value >= 0 && std::isfinite(value); };
-    require(amount(accuracy.position), "position", accuracy.position, "give a length in m, or 0 for none");
-    require(amount(accuracy.velocity), "velocity", accuracy.velocity, "give a speed in m/s, or 0 for none");
-    require(amount(accuracy.budget), "budget", accuracy.budget, "give seconds a step, or 0 for none");
-    require(accuracy.maxSubdivisions >= 1 && accuracy.maxSubdivisions <= 1024, "maxSubdivisions",
-            accuracy.maxSubdivisions, "give 1 to 1024");
-    require(accuracy.qualityLevel >= -1 && accuracy.qualityLevel < qualityLevelCount, "qualityLevel",
-            accuracy.qualityLevel, "give 0 (cheapest) to 11, or -1 for none");
-    require(amount(accuracy.maxWork), "maxWork", accuracy.maxWork, "give visits of rows a step, or 0 for none");
-    const char* const bound = accuracy.budget > 0          ? "budget"
-                              : accuracy.qualityLevel >= 0 ? "qualityLevel"
-                              : accuracy.maxWork > 0       ? "maxWork"
-                                                           : nullptr;
-    if (bound != nullptr && def.solver.name != "auto") {
-        throw InputError(std::string("accuracy.") + bound, "with the solver \"" + def.solver.name + "\"",
-                         "use the solver auto, which may change what it does, or leave it out");
-    }
-}
-
-template <class S>
 SolverSettings World<S>::Impl::settings() const {
-    if (def.solver.gyroscopicInertia) {
-        const std::array free = {"gauss_seidel", "jacobi", "nonlinear_gs", "xpbd"};
-        if (std::find(free.begin(), free.end(), def.solver.name) == free.end()) {
-            throw InputError("solver.gyroscopicInertia", "true with the solver \"" + def.solver.name + "\"",
-                             "leave it out, or use gauss_seidel, jacobi, nonlinear_gs or xpbd: other solvers need a "
-                             "symmetric mass matrix");
-        }
-    }
     SolverSettings s;
     s.def = def.solver;
     s.restitutionSpeed = def.restitutionSpeed;
@@ -119,7 +86,7 @@ void World<S>::Impl::wakeNeighbours(std::uint32_t index) {
 
 template <class S>
 World<S>::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {
-    Impl* impl = impl_.get();
+    Impl* impl = &*impl_;
     impl->broadPhase.setFilter([impl](ProxyId a, ProxyId b) { return impl->mayCollide(a, b); });
 }
 template <class S>
@@ -131,12 +98,15 @@ World<S>& World<S>::operator=(World&&) noexcept = default;
 
 template <class S>
 const StepReport& World<S>::step(S dt) {
+    if (!impl_) {
+        return refusedReport();
+    }
     impl_->step(dt);
     return impl_->report;
 }
 template <class S>
 const StepReport& World<S>::report() const {
-    return impl_->report;
+    return impl_ ? impl_->report : refusedReport();
 }
 
 template <class S>
@@ -281,7 +251,7 @@ std::vector<JointId> World<S>::joints() const {
 template <class S>
 void World<S>::setPose(BodyId id, const Pose<S>& pose) {
     Body<S>& b = impl_->body(id);
-    if (!pose.isFinite() || !(pose.rotation.norm() > S(1e-6))) {
+    if (!pose.isFinite() || !isRotation(pose.rotation)) {
         throw InputError(label(b.def) + ".pose", "a non-finite number or a quaternion of length 0",
                          "give a finite pose");
     }
@@ -312,20 +282,18 @@ void World<S>::setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angu
 }
 template <class S>
 void World<S>::setSolver(const SolverDef& def) {
-    const SolverDef old = impl_->def.solver;
-    impl_->def.solver = def;
-    try {
-        impl_->requireAccuracy(impl_->def.accuracy);
-        impl_->solver = makeSolver<S>(impl_->settings());
-        impl_->levelSolvers = {};
-    } catch (...) {
-        impl_->def.solver = old;
-        throw;
-    }
+    WorldDef changed = impl_->def;
+    changed.solver = def;
+    check(changed, "world");
+    impl_->def = changed;
+    impl_->solver = makeSolver<S>(impl_->settings());
+    impl_->levelSolvers = {};
 }
 template <class S>
 void World<S>::setAccuracy(const AccuracyDef& accuracy) {
-    impl_->requireAccuracy(accuracy);
+    WorldDef changed = impl_->def;
+    changed.accuracy = accuracy;
+    check(changed, "world");
     impl_->def.accuracy = accuracy;
 }
 template <class S>

@@ -9,6 +9,10 @@
 
 namespace cairn {
 
+// Where the generations of a new world's ids begin: another place for every world of the process, so that an id of one
+// is refused by the others. Nothing but the comparison of ids depends on it.
+std::uint32_t firstGenerationOfWorld();
+
 template <class S>
 struct World<S>::Impl {
     WorldDef def;
@@ -18,8 +22,9 @@ struct World<S>::Impl {
     BudgetKeeper budget;
     BudgetLoad load;          // of this step
     double solveSeconds = 0;  // of this step, by the budget's clock
-    BodyTable<S> bodies;
-    JointTable<S> joints;
+    const std::uint32_t firstGeneration = firstGenerationOfWorld();
+    BodyTable<S> bodies{firstGeneration};
+    JointTable<S> joints{firstGeneration};
     std::vector<ProxyPair> noCollide;  // jointed bodies that ignore each other; sorted, one entry a joint
     BroadPhase broadPhase;
     ContactTable<S> contacts;
@@ -42,7 +47,6 @@ struct World<S>::Impl {
 
     explicit Impl(const WorldDef& worldDef);
     SolverSettings settings() const;
-    void requireAccuracy(const AccuracyDef& accuracy) const;
     bool mayCollide(ProxyId a, ProxyId b) const;
     Body<S>& body(BodyId id) {
         requireId(id);
@@ -55,13 +59,13 @@ struct World<S>::Impl {
     void requireId(BodyId id) const {
         if (!bodies.contains(id)) {
             throw InputError("body id", std::to_string(id.index) + "." + std::to_string(id.generation),
-                             "null or stale: use ids of bodies that are in the world");
+                             "null, stale or of another world: use ids of bodies that are in this one");
         }
     }
     Joint<S>& joint(JointId id) {
         if (!joints.contains(id)) {
             throw InputError("joint id", std::to_string(id.index) + "." + std::to_string(id.generation),
-                             "null or stale: use ids of joints that are in the world");
+                             "null, stale or of another world: use ids of joints that are in this one");
         }
         return joints[id.index];
     }
@@ -144,5 +148,13 @@ private:
     // s. Not read where nothing hangs on it: it is a call of the system, a tenth of a small scene's step.
     double budgetClock() const { return hasQualityLevel() ? BudgetKeeper::clock(jobs->threadCount()) : 0; }
 };
+
+template <class S>
+typename World<S>::Impl& World<S>::ImplPtr::operator*() const {
+    if (!impl_) {
+        throw InputError("world", "moved from", "use the world that it was moved to, or assign another to it");
+    }
+    return *impl_;
+}
 
 }  // namespace cairn

@@ -1,5 +1,8 @@
 #include "collision/queries/body_query.hpp"
+#include "collision/shapes/validate.hpp"
 #include "engine/world/world_impl.hpp"
+
+#include <cmath>
 
 namespace cairn {
 namespace {
@@ -10,13 +13,33 @@ void requireFinite(const char* field, bool finite) {
     }
 }
 
+// `called`: how messages name the probe; it is asked only for one.
+void check(const Probe& probe, FunctionRef<std::string()> called) {
+    for (std::size_t i = 0; i < probe.shapes.size(); ++i) {
+        validate(probe.shapes[i], [&] { return called() + ".shapes[" + std::to_string(i) + "]"; });
+    }
+    validate(probe.pose, [&] { return called() + ".pose"; });
+}
+
 void check(const Probe& probe) {
-    requireFinite("probe.pose", probe.pose.isFinite());
+    check(probe, [] { return std::string("probe"); });
 }
 
 void check(const Probe& probe, const Vec3d& displacement) {
     check(probe);
     requireFinite("displacement", displacement.allFinite());
+}
+
+void checkDistance(double maxDistance) {
+    if (std::isnan(maxDistance)) {
+        throw InputError("maxDistance", "not a number", "give a distance in m; it may be infinite");
+    }
+}
+
+void checkAll(std::span<const Probe> probes) {
+    for (std::size_t i = 0; i < probes.size(); ++i) {
+        check(probes[i], [&] { return "probes[" + std::to_string(i) + "]"; });
+    }
 }
 
 // The collision layer's answers name proxies, which are the indices of bodies.
@@ -107,6 +130,7 @@ std::vector<BodyId> WorldQuery::containing(const Vec3d& point, const Predicate& 
 std::optional<OfBody<Closest>> WorldQuery::closest(const Probe& probe, double maxDistance,
                                                    const Predicate& filter) const {
     check(probe);
+    checkDistance(maxDistance);
     return named(impl_->bodies.closest(probe, maxDistance, impl_->proxyFilter(filter)), impl_->idOf);
 }
 
@@ -117,21 +141,26 @@ std::vector<std::optional<OfBody<RayHit>>> WorldQuery::rayCasts(std::span<const 
 
 std::vector<std::optional<OfBody<Impact>>> WorldQuery::shapeCasts(std::span<const ProbeCast> casts,
                                                                   const Predicate& filter) const {
-    for (const ProbeCast& cast : casts) {
-        check(cast.probe, cast.displacement);
+    for (std::size_t i = 0; i < casts.size(); ++i) {
+        const auto called = [&] { return "casts[" + std::to_string(i) + "]"; };
+        check(casts[i].probe, [&] { return called() + ".probe"; });
+        if (!casts[i].displacement.allFinite()) {
+            throw InputError(called() + ".displacement", "a non-finite number", "give finite numbers");
+        }
     }
     return named(impl_->bodies.shapeCasts(casts, *impl_->jobs, impl_->proxyFilter(filter)), impl_->idOf);
 }
 
 std::vector<std::vector<BodyId>> WorldQuery::overlappings(std::span<const Probe> probes,
                                                           const Predicate& filter) const {
-    std::ranges::for_each(probes, [](const Probe& probe) { check(probe); });
+    checkAll(probes);
     return named(impl_->bodies.overlappings(probes, *impl_->jobs, impl_->proxyFilter(filter)), impl_->idOf);
 }
 
 std::vector<std::optional<OfBody<Closest>>> WorldQuery::closests(std::span<const Probe> probes, double maxDistance,
                                                                  const Predicate& filter) const {
-    std::ranges::for_each(probes, [](const Probe& probe) { check(probe); });
+    checkAll(probes);
+    checkDistance(maxDistance);
     return named(impl_->bodies.closests(probes, *impl_->jobs, maxDistance, impl_->proxyFilter(filter)), impl_->idOf);
 }
 
@@ -149,7 +178,7 @@ BodyQuery bodyQuery(const BodyTable<S>& bodies, const BroadPhase& broadPhase) {
 
 template <class S>
 WorldQuery World<S>::query() const {
-    const Impl* impl = impl_.get();
+    const Impl* impl = &*impl_;
     return WorldQuery(std::make_shared<const WorldQuery::Impl>(
         WorldQuery::Impl{bodyQuery(impl->bodies, impl->broadPhase),
                          [impl](ProxyId proxy) { return impl->bodies.idAt(proxy); },
@@ -159,7 +188,7 @@ WorldQuery World<S>::query() const {
 
 template <class S>
 WorldQuery World<S>::query(const Filter& as) const {
-    const Impl* impl = impl_.get();
+    const Impl* impl = &*impl_;
     return WorldQuery(std::make_shared<const WorldQuery::Impl>(WorldQuery::Impl{
         bodyQuery(impl->bodies, impl->broadPhase), [impl](ProxyId proxy) { return impl->bodies.idAt(proxy); },
         [impl, as](ProxyId proxy) { return filtersAgree(as, impl->bodies[proxy].def.filter); }, impl->jobs}));

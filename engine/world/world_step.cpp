@@ -1,3 +1,4 @@
+#include "engine/model/describe.hpp"
 #include "engine/world/world_impl.hpp"
 
 #include <chrono>
@@ -33,7 +34,7 @@ void World<S>::Impl::step(S dt) {
     report.islands = std::move(room);
     report.islands.clear();
     report.dt = static_cast<double>(dt);
-    if (!(dt > S(0)) || !(dt <= S(1))) {
+    if (!stepRule.allows(static_cast<double>(dt))) {
         report.flags = FlagRefused;
         return;
     }

@@ -15,7 +15,7 @@ struct OfBody : Answer {
 // world, and what it answers follows the world. Every call is const: as many threads as you like may ask at once while
 // none changes the world. Answers are the same on every run: of equal ones the lowest body, lists in rising order of
 // ids. Of a probe that overlaps a body at the start, fraction and distance tell so. Bodies without shapes are not seen.
-// Non-finite questions throw InputError.
+// Questions with a number that is not finite, or a shape that is none (validate()), throw InputError.
 class WorldQuery {
 public:
     using Predicate = std::function<bool(BodyId)>;  // which bodies are asked at all; none: every one

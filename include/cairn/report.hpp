@@ -66,8 +66,8 @@ struct StepTimes {  // s
     double broadPhase = 0;
     double narrowPhase = 0;
     double islands = 0;
-    double solve = 0;       // islands moved, measured and written back
-    double continuous = 0;  // boxes after the step, and continuous collision
+    double solve = 0;       // islands moved, their rows measured, and written back
+    double continuous = 0;  // continuous collision, with the boxes that it searches
     double total = 0;
 };
 
@@ -76,8 +76,8 @@ enum StepFlag : std::uint32_t {
     // An island's answer is above tolerance, or lets a contact sink in by over 2 mm in the step (counts.unconverged),
     // or a joint is open by .1 m.
     FlagUnconverged = 2,
-    FlagRepaired = 4,    // the narrow phase had to repair an answer of FCL; counts.narrow says how often
-    FlagRefused = 8,     // dt was not in (0, 1] s: nothing moved
+    FlagRepaired = 4,    // the narrow phase failed on a pair and answered it otherwise; counts.narrow says how often
+    FlagRefused = 8,     // dt was not in (0, 1] s, or the world was moved from: nothing moved
     FlagTolerance = 16,  // an island's error is above what AccuracyDef asks, at AccuracyDef::maxSubdivisions
     // An island gained energy from nothing (counts.energetic): over 1 % of its kinetic energy and what a fall by 10 cm
     // gives.

@@ -1,7 +1,8 @@
 #pragma once
 // What a game asks of shapes: where a ray meets them, how far apart they are, whether they overlap, what holds a point.
-// Plain functions of immutable data, so any thread may call them at any time. Poses must be finite. For bodies by the
-// thousand see body_query.hpp.
+// Plain functions of immutable data, so any thread may call them at any time. Poses must be finite, with a rotation of
+// length 1, and shapes as the functions of shapes.hpp make them: that is not asked here. World::query() asks it, and
+// finds who is in question among the bodies of a world.
 //
 // Meshes and height fields are surfaces: rays see their front (or both sides, if asked), shapes their triangles. Only a
 // closed mesh has an inside; a height field is solid below its triangles, down to its lowest height. Of two shapes that

@@ -45,7 +45,13 @@ struct Shape {
     Material material;
 };
 
-// Each throws InputError for a size that is not finite, not positive, or under minShapeSize().
+// A Shape may be filled in by hand. Throws InputError for one that is none: a kind without its hull, mesh or field; a
+// size that is not finite, not positive, or too small (minShapeSize()); a pose that is not finite or whose rotation is
+// not a unit quaternion; a material out of range. World::add() and World::query() ask it of every shape that they are
+// given, and the functions below of every shape that they make; all else takes shapes as valid.
+void validate(const Shape& shape);
+
+// Each throws InputError for a size that is not finite, not positive, or too small (minShapeSize()).
 Shape sphere(double radius);
 Shape capsule(double radius, double halfHeight);
 Shape box(const Vec3d& halfExtents);
@@ -68,7 +74,8 @@ Shape meshInstance(std::shared_ptr<const CollisionMesh> shared, const Vec3d& sca
 Shape heightField(int columns, int rows, std::vector<double> heights, double cellSize);
 Shape heightField(std::shared_ptr<const HeightField> shared);
 
-// The smallest length of a shape, m: libccd's portal refinement is measured wrong at 1e-4 m and right from 1e-3 m.
+// The smallest thing that is taken, from side to side, m: radii, half extents and half heights are at least half of it.
+// Contacts of such things are measured as right, for their size, as those of large ones.
 constexpr double minShapeSize() {
     return 1e-3;
 }

@@ -11,8 +11,8 @@
 // In words, so that it is known at compile time which version the headers are of. Two levels, or the names would be
 // put into words instead of their numbers.
 #define CAIRN_VERSION_WORD(number) #number
-#define CAIRN_VERSION_WORDS(major, minor, manifold) \
-    CAIRN_VERSION_WORD(major) "." CAIRN_VERSION_WORD(minor) "." CAIRN_VERSION_WORD(manifold)
+#define CAIRN_VERSION_WORDS(major, minor, patch) \
+    CAIRN_VERSION_WORD(major) "." CAIRN_VERSION_WORD(minor) "." CAIRN_VERSION_WORD(patch)
 
 namespace cairn {
 

@@ -54,8 +54,9 @@ struct BodyErrorView {
 };
 
 // Not thread-safe: one thread at a time may call a world, but for queries between steps; inside, a step uses the job
-// system. Calls with a stale or
-// null id throw InputError. step() never throws and never prints.
+// system. Calls with an id that is null, stale or of another world throw InputError. step() never throws and never
+// prints. A world that was moved from may be destroyed and assigned to; all else throws InputError, but for step() and
+// report(), which answer a report with FlagRefused. Ids and queries go with what is moved.
 template <class S>
 class World {
 public:
@@ -104,7 +105,7 @@ public:
     void applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point);
     void wake(BodyId id);
 
-    // Rays, casts, overlaps and distances, for any number of threads between steps (world_query.hpp). With a filter
+    // Rays, casts, overlaps and distances, for any number of threads between steps (query.hpp). With a filter
     // only bodies are seen that a body with that filter would collide with.
     WorldQuery query() const;
     WorldQuery query(const Filter& as) const;
@@ -120,7 +121,18 @@ public:
 private:
     void refilter(BodyId a, BodyId b);
     struct Impl;
-    std::unique_ptr<Impl> impl_;
+    // A pointer that throws InputError where it is followed after a move.
+    class ImplPtr {
+    public:
+        explicit ImplPtr(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+        Impl& operator*() const;
+        Impl* operator->() const { return &**this; }
+        explicit operator bool() const { return impl_ != nullptr; }
+
+    private:
+        std::unique_ptr<Impl> impl_;
+    };
+    ImplPtr impl_;
 };
 
 using Worldf = World<float>;

@@ -84,7 +84,7 @@ TEST(Shape, BadSizesNameFieldValueAndRemedy) {
          }},
     };
     for (const auto& [field, make] : cases) {
-        for (double bad : {0.0, -1.0, 0.5e-3, notANumber, infinity, -infinity}) {
+        for (double bad : {0.0, -1.0, 0.49 * minShapeSize(), notANumber, infinity, -infinity}) {
             try {
                 make(bad);
                 FAIL() << field << " took " << bad;
@@ -93,7 +93,7 @@ TEST(Shape, BadSizesNameFieldValueAndRemedy) {
                 EXPECT_NE(std::string(error.what()).find("give"), std::string::npos) << error.what();
             }
         }
-        EXPECT_NO_THROW(make(minShapeSize()));
+        EXPECT_NO_THROW(make(0.5 * minShapeSize()));
     }
     EXPECT_THROW(halfSpace(Vec3d::Zero(), 0), InputError);
     EXPECT_THROW(halfSpace({notANumber, 1, 0}, 0), InputError);
@@ -101,6 +101,75 @@ TEST(Shape, BadSizesNameFieldValueAndRemedy) {
     EXPECT_THROW(halfSpace({0, 1, 0}, notANumber), InputError);
     EXPECT_THROW(surface(halfSpace({0, 1, 0}, 0), notANumber), InputError);
     EXPECT_NEAR((halfSpace({0, 3, 4}, 2).size - Vec3d(0, 0.6, 0.8)).norm(), 0, 1e-15);
+    EXPECT_THROW(meshInstance(nullptr), InputError);
+    EXPECT_THROW(heightField(nullptr), InputError);
+}
+
+// What a user fills in by hand is checked as what the functions make.
+TEST(Shape, ValidateNamesWhatIsWrong) {
+    const auto expectRefused = [](const Shape& shape, const std::string& message) {
+        try {
+            validate(shape);
+            ADD_FAILURE() << "taken, but should say: " << message;
+        } catch (const InputError& error) {
+            EXPECT_EQ(error.what(), message);
+            EXPECT_EQ(error.field(), message.substr(0, message.find(" = ")));
+        }
+    };
+    const auto with = [](ShapeKind kind, auto change) {
+        Shape s;
+        s.kind = kind;
+        change(s);
+        return s;
+    };
+    const auto bare = [&](ShapeKind kind) { return with(kind, [](Shape&) {}); };
+    for (const ShapeKind kind : {ShapeKind::Sphere, ShapeKind::Capsule, ShapeKind::Box, ShapeKind::Cylinder,
+                                 ShapeKind::Cone, ShapeKind::Ellipsoid}) {
+        EXPECT_NO_THROW(validate(bare(kind))) << name(kind);
+    }
+    for (const Shape& made : solids()) {
+        EXPECT_NO_THROW(validate(made)) << name(made.kind);
+    }
+    EXPECT_NO_THROW(validate(halfSpace({1, 2, 3}, -4)));
+    EXPECT_NO_THROW(validate(mesh({{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}}, {{0, 1, 2}}})));
+    EXPECT_NO_THROW(validate(heightField(2, 2, {0, 0, 0, 0}, 1)));
+
+    expectRefused(bare(ShapeKind::Hull), "shape.hull = null: make the shape with hull() or assets::convexHull()");
+    expectRefused(bare(ShapeKind::Mesh), "shape.mesh = null: make the shape with mesh() or meshInstance()");
+    expectRefused(bare(ShapeKind::HeightField), "shape.field = null: make the shape with heightField()");
+    expectRefused(bare(ShapeKind::HalfSpace),
+                  "shape.size = (0.5, 0.5, 0.5): give a unit normal, or make the shape with halfSpace()");
+    expectRefused(bare(static_cast<ShapeKind>(-1)), "shape.kind = -1: give one of ShapeKind");
+    expectRefused(with(ShapeKind::Box,
+                       [](Shape& s) {
+                           s.size = {1, -1, 1};
+                       }),
+                  "shape.size.y = -1 (halfExtents.y of a box): give a positive length in m");
+    expectRefused(with(ShapeKind::Capsule, [](Shape& s) { s.size.y() = notANumber; }),
+                  "shape.size.y = nan (halfHeight of a capsule): give a finite length in m");
+    expectRefused(with(ShapeKind::Sphere, [](Shape& s) { s.size.x() = 1e-4; }),
+                  "shape.size.x = 0.0001 (radius of a sphere): give at least 0.0005 m, or scale the scene up: contacts "
+                  "of thinner shapes are not reliable");
+    expectRefused(with(ShapeKind::Box, [](Shape& s) { s.pose.position.x() = infinity; }),
+                  "shape.pose.position = (inf, 0, 0): give finite numbers in m");
+    expectRefused(with(ShapeKind::Box, [](Shape& s) { s.pose.rotation.w() = 2; }),
+                  "shape.pose.rotation = of length 2: give a unit quaternion x, y, z, w: normalize() it");
+    expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.friction = -1; }),
+                  "shape.material.friction = -1: give a finite number >= 0");
+    expectRefused(
+        with(ShapeKind::Box, [](Shape& s) { s.material.staticFriction = 0.1; }),
+        "shape.material.staticFriction = 0.1: give a number that is not below friction, or a negative one for "
+        "the same as friction");
+    expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.restitution = 2; }),
+                  "shape.material.restitution = 2: give a number in [0, 1]");
+    expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.density = -1; }),
+                  "shape.material.density = -1: give a finite number > 0 in kg/m3");
+    // What float leaves of a unit quaternion is one.
+    EXPECT_NO_THROW(validate(with(ShapeKind::Box, [](Shape& s) {
+        s.pose.rotation = Quatf(0.3f, 0.4f, 0.5f, 0.6f).normalized().cast<double>();
+    })));
+    // Numbers that a kind does not use may be anything.
+    EXPECT_NO_THROW(validate(with(ShapeKind::Sphere, [](Shape& s) { s.size = {1, -1, notANumber}; })));
 }
 
 // A solid whose cut at height y is an ellipse (or a rectangle) with half widths (x, z): its moments by Simpson's rule.

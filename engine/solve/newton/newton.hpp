@@ -7,13 +7,11 @@
 // where P clamps a row to its bounds, and the three rows of a contact to the true friction cone |p_t| <= mu p_n. v
 // minimises the convex function
 //     f(v) = 1/2 |v - v*|^2_M + sum of the Moreau envelopes of the rows,   grad f = M (v - v*) - J^T p,
-// whose Hessian is H = M + J^T W J (theory 8.4; Drake's SAP and MuJoCo's
-// Newton solve problems of this kind). Newton with an exact line search: f falls every iteration, so that no active set
-// can blow up. Around it:
+// whose Hessian is H = M + J^T W J (theory 8.4; Drake's SAP and MuJoCo's Newton solve problems of this kind). Newton
+// with an exact line search: f falls every iteration, so that no active set can blow up. Around it:
 //   - the centre moves to the present p until the bias of d has vanished (augmented Lagrangian);
 //   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's
-//   term,
-//     brings the contact back to u_n = 0: a fixed point that Aitken's rule speeds up.
+//     term, brings the contact back to u_n = 0: a fixed point that Aitken's rule speeds up.
 #include "engine/islands/island.hpp"
 #include "engine/solve/newton/block_cholesky.hpp"
 #include "engine/solve/newton/conjugate_gradients.hpp"

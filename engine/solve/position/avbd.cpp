@@ -6,8 +6,9 @@
 // bodies did in it: from free fall instead, with lambda on top, the first iterations throw them about. Geometric
 // stiffness with lambda - rho C (theory erratum 12), friction as a disc. Errors found at the start are left to
 // post-stabilisation, which moves the bodies after their velocities are known (theory section 6.5). Momentum is kept
-// only as far as the iterations have converged (theory section 7.2). Cost: as vbd. Use it for heavy things on light
-// ones where `direct` is too dear, and for soft things with hard joints.
+// only as far as the iterations have converged (theory section 7.2).
+// Cost: as vbd.
+// Use it for heavy things on light ones where `direct` is too dear, and for soft things with hard joints.
 #include "engine/solve/impacts.hpp"
 #include "engine/solve/position/block_coordinate_descent.hpp"
 #include "engine/solve/solver.hpp"

@@ -4,11 +4,12 @@
 // Errors found at the start of a sub-step are left to post-stabilisation (nonlinear_rows.hpp), so that p is the force
 // alone and may start the next sub-step; without postStabilise the step corrects them itself, as the first PBD did, and
 // no warm start is taken, since both together diverge (theory section 9.5, finding b). SolverDef::stiffness k is PBD's,
-// made independent of the iterations n (theory 6.4): xi = 1 - (1 - k)^(1/n). Cost: a visit of a row is two to four
-// times that of gauss_seidel, for the poses. Many short sub-steps of one sweep beat few long ones of many (theory
-// section 9.5, finding a). A heavy load on a light body is beyond it: a visit of the row under the light one takes up 1
-// / (1 + R) of what is missing, so that at 1000 : 1 the load sinks for some seconds and then falls. No order of the
-// rows helps (theory section 9.3); the step report says that it sinks. Use it for ropes, cloth and fast-turning joints.
+// made independent of the iterations n (theory 6.4): xi = 1 - (1 - k)^(1/n).
+// Cost: a visit of a row is two to four times that of gauss_seidel, for the poses. Many short sub-steps of one sweep
+// beat few long ones of many (theory section 9.5, finding a). A heavy load on a light body is beyond it: a visit of the
+// row under the light one takes up 1 / (1 + R) of what is missing, so that at 1000 : 1 the load sinks for some seconds
+// and then falls. No order of the rows helps (theory section 9.3); the step report says that it sinks.
+// Use it for ropes, cloth and fast-turning joints.
 #include "engine/solve/geometric_stiffness.hpp"
 #include "engine/solve/impacts.hpp"
 #include "engine/solve/position/nonlinear_rows.hpp"

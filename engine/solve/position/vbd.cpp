@@ -3,8 +3,8 @@
 // / h^2, which gives way by load * g h^2 / penalty, and costs the more iterations the stiffer it is. What sticks is
 // such a spring as well: its stretch is kept account of (NonlinearRows::takeSlipBack), since a penalty on the slip of
 // each sub-step alone is a dashpot, and creeps. Momentum is kept only as far as the iterations have converged (theory
-// section 7.2). Cost: a visit of a body is one 6x6 solve and all of its rows; each row is visited four times an
-// iteration.
+// section 7.2).
+// Cost: a visit of a body is one 6x6 solve and all of its rows; each row is visited four times an iteration.
 #include "engine/solve/impacts.hpp"
 #include "engine/solve/position/block_coordinate_descent.hpp"
 #include "engine/solve/solver.hpp"

@@ -4,8 +4,8 @@
 // row after row, friction onto the disc of the present normal impulse. The rows are taken once a sub-step.
 // xi (theory section 5.4): fixed; optimal, 2 / (1 + sqrt(1 - rho_J^2)) (theory 5.12) from the measured radius of the
 // Jacobi iteration; or adaptive, raised while the sweeps change less and less and lowered when they do not (theory
-// 5.13). Cost: rows x sweeps, linear in everything. Use it for big moving heaps; heavy things on light ones want
-// `direct`.
+// 5.13).
+// Cost: rows x sweeps, linear in everything. Use it for big moving heaps; heavy things on light ones want `direct`.
 #include "engine/solve/velocity/impulse_solver.hpp"
 
 namespace cairn {

@@ -2,6 +2,11 @@
 #include "engine/constraints/joint.hpp"
 #include "tests/engine/engine_kit.hpp"
 
+#include <cairn/deformable.hpp>
+
+#include <algorithm>
+#include <functional>
+
 namespace cairn {
 namespace {
 
@@ -60,7 +65,8 @@ TEST(BadInput, Bodies) {
     expectBodyRefused("restitution", [](BodyDef& d) { d.shapes[0].material.restitution = -0.1; });
     expectBodyRefused("density", [](BodyDef& d) { d.shapes[0].material.density = nan; });
     expectBodyRefused("density", [](BodyDef& d) { d.shapes[0].material.density = -5; });
-    expectBodyRefused("shapes.position", [](BodyDef& d) { d.shapes[0].pose.position.x() = nan; });
+    expectBodyRefused("shapes[0].pose.position", [](BodyDef& d) { d.shapes[0].pose.position.x() = nan; });
+    expectBodyRefused("shapes[0].pose.rotation", [](BodyDef& d) { d.shapes[0].pose.rotation.coeffs().setZero(); });
     expectBodyRefused("type", [](BodyDef& d) { d.shapes = {halfSpace(Vec3d::UnitY(), 0)}; });
     expectBodyRefused("type", [](BodyDef& d) {
         d.shapes = {mesh({{Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(0, 0, 1)}, {{0, 2, 1}}})};
@@ -92,6 +98,167 @@ TEST(BadInput, Bodies) {
                           d.shapes[0].pose.position.x() = 0.1;
                       }));
     expectBodyRefused("mass", particle([](BodyDef& d) { d.mass = 0; }));
+}
+
+// Shapes that a user has filled in by hand, and what of them is wrong: each would end the program in a step or a query.
+std::vector<std::pair<std::string, Shape>> brokenShapes() {
+    std::vector<std::pair<std::string, Shape>> all;
+    const auto add = [&](const std::string& field, ShapeKind kind, auto change) {
+        Shape s;
+        s.kind = kind;
+        change(s);
+        all.emplace_back(field, s);
+    };
+    const auto nothing = [](Shape&) {};
+    add("hull", ShapeKind::Hull, nothing);
+    add("mesh", ShapeKind::Mesh, nothing);
+    add("field", ShapeKind::HeightField, nothing);
+    add("size", ShapeKind::HalfSpace, nothing);  // (0.5, 0.5, 0.5) is no unit normal
+    add("kind", static_cast<ShapeKind>(99), nothing);
+    for (const double bad : {-1.0, 0.0, 1e-4, nan, inf, 1e200}) {
+        add("size.x", ShapeKind::Box, [&](Shape& s) { s.size = Vec3d(bad, 1, 1); });
+        add("size.z", ShapeKind::Ellipsoid, [&](Shape& s) { s.size.z() = bad; });
+        add("size.x", ShapeKind::Sphere, [&](Shape& s) { s.size.x() = bad; });
+        for (const ShapeKind kind : {ShapeKind::Capsule, ShapeKind::Cylinder, ShapeKind::Cone}) {
+            add("size.y", kind, [&](Shape& s) { s.size.y() = bad; });
+        }
+    }
+    for (const double bad : {nan, inf, -inf, 1e200}) {
+        add("pose.position", ShapeKind::Box, [&](Shape& s) { s.pose.position.y() = bad; });
+        add("pose.rotation", ShapeKind::Box, [&](Shape& s) { s.pose.rotation.w() = bad; });
+    }
+    add("pose.rotation", ShapeKind::Box, [](Shape& s) { s.pose.rotation.coeffs().setZero(); });
+    add("pose.rotation", ShapeKind::Box, [](Shape& s) { s.pose.rotation.coeffs() *= 2; });
+    add("material.friction", ShapeKind::Box, [](Shape& s) { s.material.friction = -1; });
+    add("material.restitution", ShapeKind::Box, [](Shape& s) { s.material.restitution = nan; });
+    add("material.density", ShapeKind::Box, [](Shape& s) { s.material.density = 0; });
+    return all;
+}
+
+TEST(BadInput, ShapesFilledInByHand) {
+    for (const auto& [field, shape] : brokenShapes()) {
+        SCOPED_TRACE(field + " of " + name(shape.kind));
+        for (const BodyType type : {BodyType::Static, BodyType::Dynamic}) {
+            expectBodyRefused("body \"crate\".shapes[2]." + field, [&, &broken = shape](BodyDef& d) {
+                d.type = type;
+                d.shapes = {unitBox(), unitBox(), broken};
+            });
+        }
+    }
+    // The remedy is about what was given, and not about a mass that follows from it.
+    Worldd world;
+    BodyDef def = goodBody();
+    def.mass = 0;
+    def.shapes[0].size.x() = -1;
+    try {
+        world.add(def);
+        ADD_FAILURE() << "accepted";
+    } catch (const InputError& error) {
+        EXPECT_STREQ(error.what(),
+                     "body \"crate\".shapes[0].size.x = -1 (halfExtents.x of a box): give a positive length in m");
+    }
+}
+
+TEST(BadInput, ShapesOfQueries) {
+    Worldd world({.threads = 2});
+    addFloor(world);
+    const BodyId crate = addBox(world, Vec3d(0, 0.5, 0));
+    const WorldQuery query = world.query();
+    const std::vector<Shape> good = {unitBox()};
+    const auto refusedByAll = [&](const std::string& field, const Probe& probe) {
+        const Vec3d way(0, -1, 0);
+        const std::vector<Probe> probes(40, probe);
+        const std::vector<ProbeCast> casts(40, ProbeCast{probe, way});
+        expectRefused("probe." + field, [&] { query.shapeCast(probe, way); });
+        expectRefused("probe." + field, [&] { query.shapeCastAll(probe, way); });
+        expectRefused("probe." + field, [&] { query.shapeCastHits(probe, way); });
+        expectRefused("probe." + field, [&] { query.overlapping(probe); });
+        expectRefused("probe." + field, [&] { query.closest(probe); });
+        expectRefused("casts[0].probe." + field, [&] { query.shapeCasts(casts); });
+        expectRefused("probes[0]." + field, [&] { query.overlappings(probes); });
+        expectRefused("probes[0]." + field, [&] { query.closests(probes); });
+    };
+    for (const auto& [field, broken] : brokenShapes()) {
+        SCOPED_TRACE(field + " of " + name(broken.kind));
+        const std::vector<Shape> shapes = {unitBox(), broken};
+        refusedByAll("shapes[1]." + field, Probe{shapes, {}});
+    }
+    refusedByAll("pose.position", Probe{good, {Vec3d(0, nan, 0), Quatd::Identity()}});
+    refusedByAll("pose.rotation", Probe{good, {Vec3d::Zero(), Quatd(0, 0, 0, 0)}});
+    refusedByAll("pose.rotation", Probe{good, {Vec3d::Zero(), Quatd(2, 0, 0, 0)}});
+    const Probe probe{good, {}};
+    expectRefused("displacement", [&] { query.shapeCast(probe, Vec3d(0, inf, 0)); });
+    expectRefused("casts[1].displacement", [&] {
+        query.shapeCasts(std::vector<ProbeCast>{{probe, Vec3d::Zero()}, {probe, Vec3d(0, nan, 0)}});
+    });
+    expectRefused("maxDistance", [&] { query.closest(probe, nan); });
+    expectRefused("maxDistance", [&] { query.closests(std::vector<Probe>{probe}, nan); });
+    // Before any job is handed out: an exception must not leave a game's own threads.
+    const std::vector<Shape> endless = {halfSpace(Vec3d::UnitY(), 0)};
+    expectRefused("probe", [&] {
+        query.shapeCasts(std::vector<ProbeCast>(40, ProbeCast{Probe{endless, {}}, Vec3d(0, 1, 0)}));
+    });
+    expectRefused("ray", [&] { query.rayCasts(std::vector<Ray>(40, Ray{.length = -1})); });
+    EXPECT_EQ(query.overlapping(probe), (std::vector<BodyId>{world.bodies().front(), crate}));
+}
+
+// Numbers that are finite but huge are answered or refused: nothing ends the program.
+TEST(BadInput, HugeNumbers) {
+    for (const double huge : {1e30, 1e100, 1e149, 1e151, 1e300, 1.7e308}) {
+        SCOPED_TRACE(huge);
+        Worldd world;
+        addBox(world, Vec3d(0, 0.5, 0));
+        const auto attempt = [](auto act) {
+            try {
+                act();
+            } catch (const InputError& error) {
+                EXPECT_FALSE(error.field().empty());
+            }
+        };
+        TestRandom random(3);
+        for (const ShapeKind kind : {ShapeKind::Sphere, ShapeKind::Box, ShapeKind::Capsule, ShapeKind::Ellipsoid}) {
+            Shape shape;
+            shape.kind = kind;
+            shape.size *= huge;
+            shape.pose.rotation = random.rotation();
+            Shape far = unitBox();
+            far.pose = {huge * Vec3d(1, -1, 1), random.rotation()};
+            const std::vector<Shape> shapes = {shape, far};
+            for (const Vec3d& position : {Vec3d(0, 0, 0), Vec3d(-huge, huge, -huge)}) {
+                const Quatd turn = random.rotation();
+                const BodyDef def{.shapes = shapes, .position = position, .rotation = turn, .mass = 1};
+                attempt([&] { world.add(def); });
+                attempt([&] {
+                    BodyDef fixed = def;
+                    fixed.type = BodyType::Static;
+                    world.add(fixed);
+                });
+                const Probe probe{shapes, {position, turn}};
+                const WorldQuery query = world.query();
+                attempt([&] { query.overlapping(probe); });
+                attempt([&] { query.closest(probe); });
+                attempt([&] { query.shapeCast(probe, Vec3d(huge, -huge, huge)); });
+                attempt([&] { query.rayCast({.origin = position, .direction = Vec3d(huge, -huge, 0)}); });
+                attempt([&] { query.containing(position); });
+                attempt([&] { world.setPose(world.bodies().front(), {position, turn}); });
+                world.step(1.0 / 60);
+            }
+        }
+    }
+}
+
+// A thing of 1 mm is taken, made or filled in by hand; what is smaller is not.
+TEST(BadInput, SizesFromAMillimetreUp) {
+    Worldd world;
+    const double half = 0.5 * minShapeSize();
+    EXPECT_EQ(minShapeSize(), 1e-3);
+    for (const Shape& shape : {box(Vec3d::Constant(half)), sphere(half), cylinder(half, half), capsule(half, half),
+                               cone(half, half), ellipsoid(Vec3d::Constant(half))}) {
+        EXPECT_NO_THROW(world.add({.shapes = {shape}})) << name(shape.kind);
+        Shape smaller = shape;
+        smaller.size *= 0.99;
+        expectRefused("size", [&] { world.add({.shapes = {smaller}}); });
+    }
 }
 
 TEST(BadInput, NumbersThatFloatCannotHold) {
@@ -273,7 +440,10 @@ TEST(BadInput, Joints) {
 TEST(BadInput, StaleAndNullIds) {
     TwoBodies t;
     Worldd& world = t.world;
-    for (const BodyId id : {t.gone, BodyId(), BodyId{999, 0}}) {
+    // Of another world, with an index that is in use here: as old as this world, older, and of a game long gone.
+    const TwoBodies other;
+    const BodyId foreign = TwoBodies().crate;
+    for (const BodyId id : {t.gone, BodyId(), BodyId{999, 0}, other.crate, foreign}) {
         EXPECT_FALSE(world.contains(id));
         expectRefused("id", [&] { world.pose(id); });
         expectRefused("id", [&] { world.centre(id); });
@@ -297,6 +467,117 @@ TEST(BadInput, StaleAndNullIds) {
     expectRefused("id", [&] { world.remove(joint); });
     expectRefused("id", [&] { world.setMotor(joint, 1, 1); });
     expectRefused("id", [&] { world.setMotor(JointId(), 1, 1); });
+    TwoBodies another;
+    const HingeDef hinge{.a = another.hook, .b = another.crate};
+    const JointId theirs = another.world.add(hinge);
+    const JointId ours = world.add(HingeDef{.a = t.hook, .b = t.crate});
+    EXPECT_EQ(ours.index, theirs.index);
+    EXPECT_NE(ours, theirs);
+    EXPECT_FALSE(world.contains(theirs));
+    expectRefused("id", [&] { world.remove(theirs); });
+    expectRefused("id", [&] { world.setMotor(theirs, 1, 1); });
+    expectRefused("hinge.a", [&] { world.add(hinge); });
+    expectRefused("hinge.b", [&] { world.add(HingeDef{.a = t.hook, .b = another.crate}); });
+    expectRefused("ball.a", [&] { addDeformable(world, RopeDef{.attachments = {{.body = another.hook}}}); });
+    EXPECT_TRUE(world.contains(ours));
+}
+
+// Ids of many worlds, in which slots are used again and again, are all told apart.
+TEST(BadInput, IdsOfManyWorlds) {
+    std::vector<BodyId> ids;
+    std::vector<Worldd> worlds(20);
+    for (int round = 0; round < 50; ++round) {
+        for (Worldd& world : worlds) {
+            ids.push_back(world.add({.type = BodyType::Static}));
+            world.remove(ids.back());
+        }
+    }
+    for (Worldd& world : worlds) {
+        ids.push_back(world.add({.type = BodyType::Static}));
+        EXPECT_EQ(ids.back().index, 0U) << "indices are the same in every world";
+        for (const BodyId id : ids) {
+            EXPECT_EQ(world.contains(id), id == ids.back());
+        }
+    }
+    std::sort(ids.begin(), ids.end());
+    EXPECT_EQ(std::adjacent_find(ids.begin(), ids.end()), ids.end());
+}
+
+template <class S>
+void checkMovedFrom() {
+    World<S> from;
+    const BodyId floor = addFloor(from);
+    const BodyId box = addBox(from, Vec3d(0, 0.5, 0));
+    const BodyId other = addBox(from, Vec3d(3, 0.5, 0));
+    const JointId hinge = from.add(HingeDef{.a = floor, .b = box});
+    const WorldQuery before = from.query();
+    World<S> to = std::move(from);
+
+    // NOLINTBEGIN(bugprone-use-after-move): this is what is tested
+    EXPECT_EQ(from.step(S(1) / 60).flags, static_cast<std::uint32_t>(FlagRefused)) << "a step never throws";
+    EXPECT_EQ(from.report().flags, static_cast<std::uint32_t>(FlagRefused));
+    EXPECT_FALSE(from.report().ok());
+    const Vec3<S> zero = Vec3<S>::Zero();
+    const std::vector<std::function<void()>> calls = {
+        [&] { from.add(BodyDef{.type = BodyType::Static}); },
+        [&] { from.add(HingeDef{.a = floor, .b = other}); },
+        [&] { from.addJoint(HingeDef{.a = floor, .b = other}); },
+        [&] { from.remove(box); },
+        [&] { from.remove(hinge); },
+        [&] { (void)from.contains(box); },
+        [&] { (void)from.contains(hinge); },
+        [&] { from.pose(box); },
+        [&] { from.centre(box); },
+        [&] { from.linearVelocity(box); },
+        [&] { from.angularVelocity(box); },
+        [&] { from.mass(box); },
+        [&] { from.inertia(box); },
+        [&] { from.awake(box); },
+        [&] { from.def(box); },
+        [&] { from.bodies(); },
+        [&] { from.joints(); },
+        [&] { from.setPose(box, {}); },
+        [&] { from.setVelocity(box, zero, zero); },
+        [&] { from.setSolver({}); },
+        [&] { from.setAccuracy({}); },
+        [&] { from.setMotor(hinge, 1, 1); },
+        [&] { from.applyForce(box, zero); },
+        [&] { from.applyForce(box, zero, zero); },
+        [&] { from.applyTorque(box, zero); },
+        [&] { from.applyImpulse(box, zero, zero); },
+        [&] { from.wake(box); },
+        [&] { from.query(); },
+        [&] { from.query(Filter{}); },
+        [&] { from.contacts(); },
+        [&] { from.jointViews(); },
+        [&] { from.bodyErrors(); },
+        [&] { from.diagnose(S(1) / 60); },
+        [&] { from.worldDef(); },
+        [&] { addDeformable(from, RopeDef{}); },
+    };
+    for (std::size_t i = 0; i < calls.size(); ++i) {
+        SCOPED_TRACE(i);
+        expectRefused("world", calls[i]);
+    }
+    // NOLINTEND(bugprone-use-after-move)
+
+    // Ids and queries go with what was moved.
+    EXPECT_TRUE(to.contains(box));
+    EXPECT_EQ(before.containing(Vec3d(3, 0.5, 0)), std::vector<BodyId>{other});
+    run(to, 0.1);
+    EXPECT_TRUE(to.report().ok());
+    from = World<S>();
+    EXPECT_TRUE(from.bodies().empty()) << "a world that was assigned to is as good as new";
+    EXPECT_TRUE(from.step(S(1) / 60).ok());
+    from = std::move(to);
+    EXPECT_TRUE(from.contains(box));
+    EXPECT_TRUE(from.step(S(1) / 60).ok());
+    expectRefused("world", [&] { to.bodies(); });  // NOLINT(bugprone-use-after-move)
+}
+
+TEST(BadInput, WorldsThatWereMovedFrom) {
+    checkMovedFrom<float>();
+    checkMovedFrom<double>();
 }
 
 TEST(BadInput, Setters) {
