@@ -35,13 +35,13 @@ struct Words<Continuous> {
 inline constexpr FieldRule stepRule = {.text = "s, length of a step, at most 1", .min = 0, .max = 1, .above = true};
 inline constexpr int maxEffort = 11;
 inline constexpr int maxSubsteps = 1000;
-inline constexpr int maxIterations = 100000;
+inline constexpr int iterationLimit = 100000;
 
 template <class A>
 void describe(A& a, SolverDef& d) {
     a.field("name", d.name, {"which solver; auto picks one for each island"});
     a.field("iterations", d.iterations,
-            {"sweeps or Newton iterations a sub-step; 0: the solver's default", 0, maxIterations});
+            {"sweeps or Newton iterations a sub-step; 0: the solver's default", 0, iterationLimit});
     a.field("substeps", d.substeps, {"sub-steps a step; 0: the solver's default", 0, maxSubsteps});
     a.field(
         "relaxation", d.relaxation,

@@ -59,7 +59,10 @@ concept Record = requires(int& archive, T& value) {
 // The shortest text that reads as this number again.
 inline std::string numberText(double x) {
     char buffer[32];
-    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x).ptr};
+    const double size = std::abs(x);
+    const bool isPlain = x == 0 || (size >= 1e-6 && size < 1e6);
+    const auto form = isPlain ? std::chars_format::fixed : std::chars_format::general;
+    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x, form).ptr};
 }
 
 inline std::string FieldRule::wanted(const char* kind) const {
