@@ -14,7 +14,8 @@ fi
 # In a build folder of its own: clang takes g++'s precompiled headers for broken ones, and what leans on them instead
 # of including what it uses is found out.
 cmake --preset release -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON >/dev/null
-# The compile commands are g++'s: some of its warnings clang does not know. demos/game is a project of its own, without compile commands here.
+# The compile commands are g++'s: some of its warnings clang does not know. demos/game is a project of its own, without
+# compile commands here.
 find "${places[@]}" -name '*.cpp' ! -path 'demos/game/*' -print0 |
     xargs -0 -r -n 1 -P "$(nproc)" bash -c '
         if ! words=$(clang-tidy -p build/tidy --quiet --extra-arg=-Wno-unknown-warning-option "$0" 2>/dev/null); then

@@ -139,7 +139,7 @@ private:
     static double loadOf(const Island<S>& island);
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
-    Totals totals;
+    Totals totals_;
     void record(const Island<S>& island, const Solution& solution);
     void countAndClose();
     bool accuracyAsked() const;

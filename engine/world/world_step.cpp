@@ -310,7 +310,7 @@ void World<S>::Impl::measure() {
             measurePenetration(pair, asked, solved[static_cast<std::size_t>(k)].error);
         }
     }
-    totals = {};
+    totals_ = {};
     for (std::size_t k = 0; k < active.size(); ++k) {
         active[k].memory.position = solved[k].error.position;
         record(active[k], solved[k]);
@@ -345,11 +345,11 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution) {
     error.coneViolation = std::max(error.coneViolation, e.cone);
     error.energyGained += s.energyGained;
     error.momentumDefect += s.momentumDefect;
-    totals.constraint += e.constraint;
-    totals.momentum += s.residualMomentum * s.residualMomentum;
-    totals.coulomb += e.coulomb;
-    totals.penetration += e.penetrationSum;
-    totals.touching += e.touching;
+    totals_.constraint += e.constraint;
+    totals_.momentum += s.residualMomentum * s.residualMomentum;
+    totals_.coulomb += e.coulomb;
+    totals_.penetration += e.penetrationSum;
+    totals_.touching += e.touching;
     report.flags |= e.over > 1 ? static_cast<std::uint32_t>(FlagTolerance) : 0U;
 
     IslandReport& one = report.islands.emplace_back();
@@ -395,11 +395,11 @@ void World<S>::Impl::countAndClose() {
         report.kineticEnergy += 0.5 * static_cast<double>(b.mass * b.v.squaredNorm() + w.dot(b.inertia * w));
         report.potentialEnergy += potentialOf(b);
     }
-    report.error.meanPenetration = totals.touching > 0 ? totals.penetration / totals.touching : 0;
-    report.error.residualConstraint = std::sqrt(totals.constraint);
-    report.error.residualMomentum = std::sqrt(totals.momentum);
+    report.error.meanPenetration = totals_.touching > 0 ? totals_.penetration / totals_.touching : 0;
+    report.error.residualConstraint = std::sqrt(totals_.constraint);
+    report.error.residualMomentum = std::sqrt(totals_.momentum);
     if (def.accuracy.coulomb) {
-        report.error.residualCoulomb = std::sqrt(totals.coulomb);
+        report.error.residualCoulomb = std::sqrt(totals_.coulomb);
     }
     report.flags |= report.nonFinite.empty() ? 0U : static_cast<std::uint32_t>(FlagNonFinite);
     // A joint torn this far (m) says that its solver was given too little to do, whatever it reports itself.
