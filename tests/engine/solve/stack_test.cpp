@@ -134,10 +134,12 @@ TEST(Stacks, ConjugateGradientsStepAsTheFactorDoes) {
             }
             double speed = 0;
             double place = 0;
-            for (const BodyId id : factored.bodies()) {
-                speed = std::max({speed, (velocity(factored, id) - velocity(iterated, id)).norm(),
-                                  (spin(factored, id) - spin(iterated, id)).norm()});
-                place = std::max(place, (position(factored, id) - position(iterated, id)).norm());
+            const std::vector<BodyId> ids = factored.bodies();
+            const std::vector<BodyId> twins = iterated.bodies();
+            for (std::size_t k = 0; k < ids.size(); ++k) {
+                speed = std::max({speed, (velocity(factored, ids[k]) - velocity(iterated, twins[k])).norm(),
+                                  (spin(factored, ids[k]) - spin(iterated, twins[k])).norm()});
+                place = std::max(place, (position(factored, ids[k]) - position(iterated, twins[k])).norm());
             }
             // At rest each is free within the tolerance of 1e-7 m/s.
             const bool first = i == 0;
