@@ -71,7 +71,7 @@ void addSceneChoice(CLI::App& command, SceneArguments& arguments) {
         ->required();
     command.add_option("--set", arguments.set, "NAME=VALUE: a parameter of a built-in scene; may be repeated");
     command.add_option("--dt", arguments.dt, "step, s; the scene says otherwise")->check(CLI::Range(1e-6, 1.0));
-    command.add_option("--threads", arguments.threads, "threads")->check(CLI::Range(1, 1024));
+    command.add_option("--threads", arguments.threads, "threads")->check(CLI::PositiveNumber);
 }
 
 void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
@@ -79,8 +79,8 @@ void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--seconds", arguments.seconds, "how long, s; the scene says otherwise")
         ->check(CLI::Range(1e-6, 1e6));
     command.add_option("--solver", arguments.solver, "solver (cairn list)");
-    command.add_option("--substeps", arguments.substeps, "sub-steps a step")->check(CLI::Range(1, 100000));
-    command.add_option("--iterations", arguments.iterations, "iterations a sub-step")->check(CLI::Range(1, 1000000));
+    command.add_option("--substeps", arguments.substeps, "sub-steps a step")->check(CLI::PositiveNumber);
+    command.add_option("--iterations", arguments.iterations, "iterations a sub-step")->check(CLI::PositiveNumber);
     command.add_option("--solver-set", arguments.solverSet,
                        "NAME=VALUE: another number of the solver, as in a scene file's world.solver; may be repeated");
     command
@@ -125,7 +125,11 @@ Scene openScene(const SceneArguments& arguments) {
     scene.seconds = arguments.seconds.value_or(scene.seconds);
     scene.dt = arguments.dt.value_or(scene.dt);
     SolverDef& solver = scene.world.solver;
-    solver.name = arguments.solver.value_or(solver.name);
+    if (arguments.solver) {
+        // Of the scene's numbers, those that are for another solver alone go with it.
+        solver.name = *arguments.solver;
+        solver = onlyTaken(solver);
+    }
     solver.substeps = arguments.substeps.value_or(solver.substeps);
     solver.iterations = arguments.iterations.value_or(solver.iterations);
     setSolver(solver, arguments.solverSet);

@@ -44,7 +44,7 @@ nlohmann::ordered_json listJson() {
     }
     json["solvers"] = nlohmann::ordered_json::array();
     for (const SolverInfo& solver : solverList()) {
-        json["solvers"].push_back({{"name", solver.name}, {"help", solver.help}});
+        json["solvers"].push_back({{"name", solver.name}, {"help", solver.help}, {"fields", solver.fields}});
     }
     return json;
 }
@@ -68,7 +68,7 @@ Action addList(CLI::App& app) {
         }
         std::printf("\nsolvers\n");
         for (const SolverInfo& solver : solverList()) {
-            std::printf("    %-12s %s\n", solver.name, solver.help);
+            std::printf("    %-12s %s\n    %-12s takes %s\n", solver.name, solver.help, "", solver.fields);
         }
         return exitOk;
     };

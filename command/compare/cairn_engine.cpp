@@ -29,6 +29,7 @@ Engine cairnEngine(bool isFloat) {
                         WorldDef def = scene.world;
                         def.sleep.enabled = false;
                         def.solver.name = solver;
+                        def.solver = onlyTaken(def.solver);
                         change(def, value);
                         if (isFloat) {
                             return std::make_unique<CairnEngine<float>>(scene, def);

@@ -20,6 +20,7 @@ BudgetRun runWithin(const Scene& scene, double budget, double seconds) {
     copy.seconds = seconds;
     copy.world.threads = 1;
     copy.world.solver.name = "auto";
+    copy.world.solver = onlyTaken(copy.world.solver);
     copy.world.accuracy.budget = budget;
     copy.world.accuracy.qualityLevel = budget > 0 ? -1 : 0;
     const std::unique_ptr<Simulation> simulation = makeSimulation(copy);

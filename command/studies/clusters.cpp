@@ -24,7 +24,7 @@ double now() {
 }
 
 SolverDef solverOf(const std::string& name, int size, int iterations) {
-    return {.name = name, .iterations = iterations, .clusterSize = size};
+    return onlyTaken({.name = name, .iterations = iterations, .clusterSize = size});
 }
 
 struct Running {

@@ -131,6 +131,7 @@ ExtremeEntry tryExtreme(const ExtremeAxis& axis, double value, const std::string
     try {
         ExtremeScene what = axis.make(value);
         what.scene.world.solver.name = solver;
+        what.scene.world.solver = onlyTaken(what.scene.world.solver);
         entry.tolerance = what.tolerance;
         Judge judge(what, precision);
         const int steps = stepCount(what.scene);

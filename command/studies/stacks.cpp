@@ -25,6 +25,7 @@ StackEntry stackUp(const StackCase& which, const std::string& solver, double sec
     Scene scene = makeScene(which.scene, which.overrides);
     scene.world.sleep.enabled = false;
     scene.world.solver.name = solver;
+    scene.world.solver = onlyTaken(scene.world.solver);
     scene.seconds = seconds;
     SceneRun run(scene);
     StackEntry entry{.solver = solver, .name = which.name};

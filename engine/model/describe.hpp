@@ -47,24 +47,25 @@ void describe(A& a, SolverDef& d) {
         "relaxation", d.relaxation,
         {.text = "over-relaxation of a sweep, below 2; 0: the solver's default", .min = 0, .max = 2, .below = true});
     a.field("relaxationRule", d.relaxationRule,
-            {"gauss_seidel, of four sweeps or more: by `relaxation`, by a measured spectral radius, or as it goes"});
-    a.field("massSplitting", d.massSplitting, {"jacobi: without it the plain method, which may diverge"});
-    a.field("chebyshev", d.chebyshev, {"jacobi: accelerated where no bound opens or shuts"});
+            {"of four sweeps or more: by `relaxation`, by a measured spectral radius, or as it goes"});
+    a.field("massSplitting", d.massSplitting, {"without it the plain method, which may diverge"});
+    a.field("chebyshev", d.chebyshev, {"accelerated where no bound opens or shuts"});
     a.field("stiffness", d.stiffness,
-            {.text = "nonlinear_gs: share of an error that a sub-step removes", .min = 0, .max = 1, .above = true});
-    a.field("postStabilise", d.postStabilise,
-            {"nonlinear_gs, avbd: errors are projected away after the sub-step, and leave no speed"});
-    a.field("refreshRows", d.refreshRows, {"nonlinear_gs, xpbd: gradients are taken anew at every visit"});
+            {.text = "share of an error that a sub-step removes", .min = 0, .max = 1, .above = true});
+    a.field("postStabilise", d.postStabilise, {"errors are projected away after the sub-step, and leave no speed"});
+    a.field("refreshRows", d.refreshRows, {"gradients are taken anew at every visit"});
     a.field("penalty", d.penalty,
-            {"vbd, avbd: of hard rows, relative to the mass on the load path over h^2; 0: the solver's default", 0});
+            {"of hard rows, relative to the mass on the load path over h^2; 0: the solver's default", 0});
     a.field("geometricStiffness", d.geometricStiffness, {"inertia grows by what joints' forces resist to turning"});
-    a.field("clusterSize", d.clusterSize, {"cluster: most bodies solved exactly together; 0: the default", 0, 1e6});
+    a.field("clusterSize", d.clusterSize, {"most bodies solved exactly together; 0: the default", 0, 1e6});
     a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
-    a.field("tolerance", d.tolerance, {"m/s: the direct solver ends below it; 0: the solver's default", 0});
-    a.field("linearSolver", d.linearSolver, {"direct: how the linear systems of its iterations are solved"});
-    a.field("directWork", d.directWork, {"most multiply-adds of one island's factor under auto; 0: the default", 0});
+    a.field("tolerance", d.tolerance, {"m/s: Newton ends below it; 0: the solver's default", 0});
+    a.field("linearSolver", d.linearSolver, {"how the linear systems of Newton's iterations are solved"});
+    a.field("directWork", d.directWork,
+            {"most multiply-adds of one island's factor before sweeps take over; 0: the default", 0});
     a.field("gyroscopicInertia", d.gyroscopicInertia,
-            {"whether the solve meets a spinning body's resistance to being tipped; not for auto and direct"});
+            {"whether the solve meets a spinning body's resistance to being tipped, which leaves its matrix without "
+             "symmetry"});
 }
 
 // Whether there is such a solver, and it takes what is asked (engine/solve/list.cpp, where the solvers are known).

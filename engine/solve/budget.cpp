@@ -1,5 +1,7 @@
 #include "engine/solve/budget.hpp"
 
+#include <cairn/solvers.hpp>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -41,6 +43,7 @@ QualityLevel qualityLevelAt(int level, const SolverDef& base) {
         qualityLevel.solver.name = "gauss_seidel";
         qualityLevel.solver.substeps = 1 << level;
         qualityLevel.solver.iterations = 1;
+        qualityLevel.solver = onlyTaken(qualityLevel.solver);
     } else if (level < defaultLevel) {
         qualityLevel.solver.directWork =
             (base.directWork > 0 ? base.directWork : defaultWork) * std::pow(10, level - defaultLevel);

@@ -83,7 +83,8 @@ enum class LinearSolver {
     ConjugateGradients,  // by products alone, each diagonal block inverted: linear memory, cost by the condition
 };
 
-// The numbers that a solver takes. Zero: the solver's own measured default.
+// The numbers that a solver takes. Zero: the solver's own measured default. A number that differs from the default here
+// and that the solver does not take is refused (SolverInfo::fields, docs/fields.md).
 struct SolverDef {
     std::string name = "auto";  // one of solverList()
     int substeps = 0;           // sub-steps a step

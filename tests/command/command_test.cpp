@@ -121,8 +121,7 @@ TEST_F(Command, RunTakesItsOptions) {
 TEST_F(Command, RunSetsTheSolversOtherNumbers) {
     const std::string base = "heavy --set ratio=10 --solver gauss_seidel --iterations 8 --seconds 0.5";
     const nlohmann::json plain = runJson(base);
-    const nlohmann::json set = runJson(
-        base + " --solver-set relaxationRule=optimal --solver-set warmStart=0 --solver-set postStabilise=false");
+    const nlohmann::json set = runJson(base + " --solver-set relaxationRule=optimal --solver-set warmStart=0");
     EXPECT_EQ(set.at("solver"), "gauss_seidel");
     EXPECT_NE(plain.at("error").at("max_penetration_m"), set.at("error").at("max_penetration_m"));
 }
@@ -178,6 +177,8 @@ TEST_F(Command, BadInputIsExitCodeTwoAndNamesTheNearest) {
     expectUsageError("run tower --solver-set relaxtion=1.5", "relaxation");
     expectUsageError("run tower --solver-set relaxation=2", "below 2");
     expectUsageError("run tower --solver-set relaxationRule=best", "optimal");
+    expectUsageError("run tower --solver gauss_seidel --solver-set postStabilise=false", "nonlinear_gs, avbd");
+    expectUsageError("run tower --substeps 1001", "at most 1000");
     expectUsageError("run tower --solver-set relaxation", "NAME=VALUE");
     expectUsageError("run tower --dt 0", "dt");
     expectUsageError("run tower --seconds -1", "seconds");

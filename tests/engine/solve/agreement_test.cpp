@@ -35,6 +35,7 @@ DenseVector velocitiesAfter(Island<double> island, SolverDef def, int iterations
     def.iterations = iterations;
     // What a sub-step corrects is not limited, and nothing is projected away after it.
     def.postStabilise = false;
+    def = onlyTaken(def);
     makeSolver<double>({def, 0.05, 1e9})->advance(island, step60);
     std::vector<Vec6<double>> v;
     for (const SolverBody<double>& body : island.bodies) {

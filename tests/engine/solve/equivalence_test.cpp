@@ -346,7 +346,7 @@ void positionBasedStep(Beads& beads, const std::vector<Stick>& sticks, double h,
 
 // The textbook method: nothing projected away after the step, nothing carried over.
 SolverDef textbook(const char* name, int iterations) {
-    return {.name = name, .substeps = 1, .iterations = iterations, .postStabilise = false};
+    return onlyTaken({.name = name, .substeps = 1, .iterations = iterations, .postStabilise = false});
 }
 
 TEST(PositionBasedDynamics, IsNonlinearGaussSeidelAndXpbdWithoutCompliance) {
