@@ -333,6 +333,154 @@ private:
     json dependent_ = json::object();
 };
 
+json schemaJson() {
+    SceneFile file;
+    json out = {
+        {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+        {"title", "Cairn scene"},
+        {"description",
+         "m, kg, s, rad; y is up by default. Unknown fields are errors. Names of bodies and joints are unique."}};
+    out.update(SchemaWriter::schemaOf(file, {""}));
+    return out;
+}
+
+// The manual's tables, from the schema: a section for each object, with a row for each of its fields.
+class FieldsPage {
+public:
+    std::string text(const json& schema) {
+        object("the file", "", schema);
+        return out_;
+    }
+
+private:
+    static std::string limits(const json& schema) {
+        std::string out;
+        for (const auto& [keyword, words] : {std::pair{"minimum", "at least"},
+                                             {"exclusiveMinimum", "above"},
+                                             {"maximum", "at most"},
+                                             {"exclusiveMaximum", "below"}}) {
+            if (schema.contains(keyword)) {
+                out += std::string(out.empty() ? " " : ", ") + words + " " + numberText(schema[keyword].get<double>());
+            }
+        }
+        return out;
+    }
+
+    static std::string kind(const json& schema) {
+        if (schema.contains("enum")) {
+            std::string words;
+            for (const json& word : schema["enum"]) {
+                words += (words.empty() ? "`" : ", `") + word.get<std::string>() + "`";
+            }
+            return words;
+        }
+        if (schema.contains("const")) {
+            return "`" + schema["const"].get<std::string>() + "`";
+        }
+        if (schema.contains("oneOf") || !schema.contains("type")) {
+            return "object";
+        }
+        if (schema["type"].is_array()) {
+            std::string words;
+            for (const json& type : schema["type"]) {
+                words += (words.empty() ? "" : " or ") + type.get<std::string>();
+            }
+            return words;
+        }
+        if (schema["type"] == "array") {
+            const bool fixed = schema.contains("maxItems");
+            const std::string count = fixed ? std::to_string(schema["maxItems"].get<int>()) + " of: "
+                                      : schema.contains("minItems")
+                                          ? "at least " + std::to_string(schema["minItems"].get<int>()) + " of: "
+                                          : "list of: ";
+            return count + kind(schema["items"]);
+        }
+        return schema["type"].get<std::string>() + limits(schema);
+    }
+
+    // What a field's value is made of, if of objects.
+    static const json* inside(const json& schema, std::string& path) {
+        if (schema.contains("properties") || schema.contains("oneOf")) {
+            return &schema;
+        }
+        if (schema.contains("items")) {
+            path += "[]";
+            return inside(schema["items"], path);
+        }
+        if (schema.contains("additionalProperties") && schema["additionalProperties"].is_object()) {
+            path += ".NAME";
+            return inside(schema["additionalProperties"], path);
+        }
+        return nullptr;
+    }
+
+    void object(const std::string& title, const std::string& path, const json& schema) {
+        // The same object in several places is told once.
+        const auto [told, isNew] =
+            told_.emplace(schema.contains("properties") ? schema["properties"].dump() : "", title);
+        if (schema.contains("properties") && !isNew) {
+            out_ += "\n## " + title + "\n\nAs " + told->second + ".\n";
+            return;
+        }
+        if (!schema.contains("properties")) {  // one of several kinds
+            for (const json& option : schema["oneOf"]) {
+                object("`" + path + "`, type `" + option["properties"]["type"]["const"].get<std::string>() + "`", path,
+                       option);
+            }
+            return;
+        }
+        out_ += "\n## " + title + "\n\n";
+        if (schema.contains("oneOf")) {
+            out_ += "Exactly one of";
+            for (const json& option : schema["oneOf"]) {
+                out_ += (&option == &schema["oneOf"].front() ? " `" : ", `") +
+                        option["required"][0].get<std::string>() + "`";
+            }
+            out_ += ".\n\n";
+        }
+        out_ += "| field | value | default | meaning |\n|---|---|---|---|\n";
+        const json required = schema.value("required", json::array());
+        for (const auto& [name, field] : schema["properties"].items()) {
+            const bool must = std::find(required.begin(), required.end(), name) != required.end();
+            out_ += "| `" + name + "` | " + kind(field) + " | " +
+                    (must                        ? "required"
+                     : field.contains("default") ? "`" + field["default"].dump() + "`"
+                                                 : "") +
+                    " | " + field.value("description", "which") + " |\n";
+        }
+        for (const auto& [name, field] : schema["properties"].items()) {
+            std::string inner = (path.empty() ? "" : path + ".") + name;
+            if (const json* const parts = inside(field, inner)) {
+                object("`" + inner + "`", inner, *parts);
+            }
+        }
+    }
+
+    std::string out_;
+    std::map<std::string, std::string> told_;
+};
+
+std::string solversTable() {
+    std::string out = "| field |";
+    std::string line = "|---|";
+    for (const SolverInfo& info : solverList()) {
+        out += " " + std::string(info.name) + " |";
+        line += "---|";
+    }
+    out += "\n" + line + "\n";
+    SolverDef def;
+    ObjectWriter fields;
+    describe(fields, def);
+    for (const auto& [name, value] : fields.all().items()) {
+        out += "| `" + name + "` |";
+        for (const SolverInfo& info : solverList()) {
+            out += info.takes(name) ? " x |" : "  |";
+        }
+        out += "\n";
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string write(SceneFile& file) {
@@ -344,14 +492,19 @@ std::string write(SceneFile& file) {
 }
 
 std::string schema() {
-    SceneFile file;
-    json out = {
-        {"$schema", "https://json-schema.org/draft/2020-12/schema"},
-        {"title", "Cairn scene"},
-        {"description",
-         "m, kg, s, rad; y is up by default. Unknown fields are errors. Names of bodies and joints are unique."}};
-    out.update(SchemaWriter::schemaOf(file, {""}));
-    return printed(out);
+    return printed(schemaJson());
+}
+
+std::string fieldsPage() {
+    return "# Fields\n\n"
+           "Every field of a scene file, and with the same names of the structs that a game fills in (`WorldDef`, "
+           "`SolverDef`, `BodyDef`, joints, deformables): what it may be, what it is when left out, and what it means. "
+           "Made from the table by which the engine checks them all; a number beyond its limits, one that is not "
+           "finite "
+           "and a field that is not listed are refused with place, value and remedy. Units: m, kg, s, rad.\n"
+           "\n## Which solver takes what\n\n"
+           "A field of `world.solver` away from its default that the solver does not take is refused by name.\n\n" +
+           solversTable() + FieldsPage().text(schemaJson());
 }
 
 }  // namespace cairn::scene_file

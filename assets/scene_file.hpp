@@ -377,5 +377,7 @@ void describe(A& a, SceneFile& s) {
 SceneFile read(const std::string& json, const std::string& nameForErrors);
 std::string write(SceneFile& file);
 std::string schema();
+// docs/fields.md.
+std::string fieldsPage();
 
 }  // namespace cairn::scene_file

@@ -1,6 +1,7 @@
 // The published schema and the loader agree: on every field's name, and on what they refuse.
 #include <cairn/assets.hpp>
 
+#include "assets/scene_file.hpp"
 #include "tests/assets/temp_dir.hpp"
 
 #include <cmath>
@@ -151,14 +152,18 @@ void collect(const json& schema, const std::string& path, std::set<std::string>&
     }
 }
 
-TEST(SceneSchema, FileIsTheOneMadeFromTheTable) {
-    const std::filesystem::path file = std::filesystem::path(CAIRN_SOURCE_DIR) / "docs" / "scene.schema.json";
-    const std::string made = sceneSchema();
-    if (readAll(file) != made) {
-        const std::filesystem::path fresh = std::filesystem::path(CAIRN_BINARY_DIR) / "scene.schema.json";
+// A file in docs that is made from the table.
+void expectMade(const char* name, const std::string& made) {
+    if (readAll(std::filesystem::path(CAIRN_SOURCE_DIR) / "docs" / name) != made) {
+        const std::filesystem::path fresh = std::filesystem::path(CAIRN_BINARY_DIR) / name;
         std::ofstream(fresh, std::ios::binary) << made;
-        FAIL() << "docs/scene.schema.json is out of date; copy " << fresh << " over it";
+        FAIL() << "docs/" << name << " is out of date; copy " << fresh << " over it";
     }
+}
+
+TEST(SceneSchema, FilesAreThoseMadeFromTheTable) {
+    expectMade("scene.schema.json", sceneSchema());
+    expectMade("fields.md", scene_file::fieldsPage());
     EXPECT_EQ(published()["$schema"], "https://json-schema.org/draft/2020-12/schema");
 }
 
@@ -173,12 +178,55 @@ TEST(SceneSchema, AcceptsTheDataScenes) {
     }
 }
 
+// A scene for each solver, with every field that it takes away from its default.
+std::vector<json> solverScenes() {
+    const json values = json::parse(R"({"iterations": 4, "substeps": 3, "relaxation": 1.2, "relaxationRule": "optimal",
+        "massSplitting": false, "chebyshev": true, "stiffness": 0.9, "postStabilise": false, "refreshRows": false,
+        "penalty": 3, "geometricStiffness": true, "clusterSize": 16, "warmStart": 0.9, "tolerance": 1e-6,
+        "linearSolver": "conjugate_gradients", "directWork": 1e6, "gyroscopicInertia": true})");
+    std::vector<json> scenes;
+    for (const SolverInfo& info : solverList()) {
+        json solver = {{"name", info.name}};
+        for (const auto& [field, value] : values.items()) {
+            if (info.takes(field)) {
+                solver[field] = value;
+            }
+        }
+        scenes.push_back({{"cairn", 1}, {"bodies", json::array()}, {"world", {{"solver", solver}}}});
+    }
+    return scenes;
+}
+
+TEST(SceneSchema, SolversTakeTheirFieldsAndNoOther) {
+    for (const json& scene : solverScenes()) {
+        EXPECT_TRUE(Validator().accepts(published(), scene)) << scene;
+        EXPECT_TRUE(loads(scene)) << scene;
+        const json& solver = scene["world"]["solver"];
+        json written = json::parse(toJson(parseScene(scene.dump(), {}, "test")))["world"]["solver"];
+        written["name"] = written.value("name", "auto");
+        EXPECT_EQ(written, solver);
+        for (const json& other : solverScenes()) {
+            for (const auto& [field, value] : other["world"]["solver"].items()) {
+                json mixed = scene;
+                if (field == "name") {
+                    continue;
+                }
+                mixed["world"]["solver"][field] = value;
+                EXPECT_EQ(loads(mixed), solver.contains(field)) << mixed;
+            }
+        }
+    }
+}
+
 // So that each name in the schema has been read by the loader, and the mutations below reach all of them.
 TEST(SceneSchema, DataScenesUseEveryField) {
     const json schema = published();
     Validator validator;
     for (const char* name : {"everything.json", "meshes.json"}) {
         validator.accepts(schema, json::parse(readAll(dataFile(name))));
+    }
+    for (const json& scene : solverScenes()) {
+        validator.accepts(schema, scene);
     }
     std::set<std::string> names;
     collect(schema, "", names);
