@@ -11,6 +11,8 @@
 
 namespace cairn {
 
+class JobSystem;
+
 using ProxyId = std::uint32_t;  // chosen by the caller: the body's index
 
 struct ProxyPair {
@@ -27,8 +29,9 @@ public:
     BroadPhase(BroadPhase&&) noexcept;
     BroadPhase& operator=(BroadPhase&&) noexcept;
 
-    // Asked with the lower id first, within update(). Pairs for which this answers false are never reported. Must be a
-    // pure function of the two ids between calls to refilter(). Null: every pair is.
+    // Asked with the lower id first, within update(), and by several threads at once where that is given a job system.
+    // Pairs for which this answers false are never reported. Must be a pure function of the two ids between calls to
+    // refilter(). Null: every pair is.
     void setFilter(std::function<bool(ProxyId, ProxyId)> mayCollide);
 
     // Boxes must be ordered and free of NaN; a NaN here is a programmer's mistake and ends the program.
@@ -39,13 +42,18 @@ public:
     // Tells the new tight box; cheap when it stays within the fat one. `displacement` (m): this step's expected motion,
     // by which a re-inserted fat box is stretched ahead.
     void move(ProxyId id, const Aabb& tight, const Vec3d& displacement);
+    // Whether move() would re-insert the body; where not, it need not be called. Thread-safe beside other queries, so
+    // that many may be asked in parallel and the few then moved in order.
+    bool needsMove(ProxyId id, const Aabb& tight, const Vec3d& displacement) const;
     void refilter(ProxyId id);  // its filter, or a joint of it, has changed
     // A static body rests, and so does one that sleeps: of two that rest no pair is kept, so that they cost nothing.
     void setResting(ProxyId id, bool rests);
 
     // Brings pairs() up to date: re-inserts the bodies that left their fat boxes, asks the trees for those, and drops
-    // pairs whose fat boxes came apart.
-    void update();
+    // pairs whose fat boxes came apart. Allocates nothing where it has no more to do than an update before had, save
+    // where part of a tree has grown too high and is built anew; a body added takes two nodes of FCL's.
+    void update(JobSystem& jobs);
+    void update();  // in the calling thread
 
     // Sorted, each once, no static-static pair; the same for the same history whatever the thread count.
     const std::vector<ProxyPair>& pairs() const;

@@ -1,139 +1,64 @@
 #include "base/base.hpp"
+#include "base/parallel.hpp"
 #include "collision/broad_phase/broad_phase.hpp"
-#include "collision/shapes/box_walk.hpp"
-#include "collision/shapes/fcl_layout.hpp"
-
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include "collision/broad_phase/fcl_box_tree.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <utility>
 
 namespace cairn {
 
 namespace {
 
-using Manager = fcl::DynamicAABBTreeCollisionManager<double>;
-using Node = fcl::detail::NodeBase<fcl::AABB<double>>;
+using Node = BoxTree::Node;
 
 // A fat box that reaches this many margins beyond a fresh one is taken back (a fast body that has stopped).
 constexpr double spareMargins = 4;
-// New boxes are given to a tree one by one up to this many: a sorted row of them makes a chain, and FCL recurses.
-constexpr std::size_t addOneByOne = 256;
+// How many ask in one job at least, and how many jobs an update is cut into at most; the cut is the same for any number
+// of threads.
+constexpr std::size_t asksPerJob = 32;
+constexpr std::size_t maxJobs = 64;
 
-// FCL's object with a box of our own, because its computeAABB() is that of the bounding sphere. It has no geometry, as
-// only the box is ever asked for.
-struct Proxy : fcl::CollisionObject<double> {
-    Proxy(ProxyId proxyId, bool neverMoves)
-        : fcl::CollisionObject<double>(std::shared_ptr<fcl::CollisionGeometry<double>>()),
-          id(proxyId),
-          isStatic(neverMoves),
-          rests(neverMoves) {}
-
-    Aabb fat() const { return {aabb.min_, aabb.max_}; }
-    void setFat(const Aabb& box) {
-        aabb.min_ = box.min;
-        aabb.max_ = box.max;
-    }
-
-    ProxyId id;
-    bool isStatic;
-    bool rests;
-    bool isEndless = false;  // has a side at infinity: in a list, not in a tree
-    bool inTree = false;
-    bool isMoved = false;    // its box is newer than the tree's copy
-    bool hasShrunk = false;  // FCL's update() keeps the old box where it holds the new one
-};
-
-class Tree {
-public:
-    void remove(Proxy& proxy) {
-        manager_->unregisterObject(&proxy);
-        proxy.inTree = false;
-    }
-
-    // changed: this tree's proxies with new boxes; those not in the tree yet are added.
-    void update(const std::vector<Proxy*>& changed) {
-        if (changed.empty()) {
-            return;
-        }
-        std::vector<fcl::CollisionObject<double>*> added;
-        std::vector<fcl::CollisionObject<double>*> moved;
-        for (Proxy* proxy : changed) {
-            if (proxy->inTree && proxy->hasShrunk) {
-                remove(*proxy);
-            }
-            (proxy->inTree ? moved : added).push_back(proxy);
-            proxy->inTree = true;
-        }
-        if (added.size() > std::min(addOneByOne, manager_->size() / 4)) {
-            rebuild(std::move(added));
-        } else {
-            for (fcl::CollisionObject<double>* proxy : added) {
-                manager_->registerObject(proxy);
-            }
-        }
-        // update() rebuilds from the top when the height exceeds log2 n by this, so at about 2 log2 n.
-        manager_->max_tree_nonbalanced_level = std::max(4, static_cast<int>(std::bit_width(manager_->size())));
-        manager_->update(moved);
-    }
-
-    // Calls f(const Proxy&) for all whose boxes, as the tree knows them, overlap `box`.
-    template <class F>
-    void visit(const fcl::AABB<double>& box, std::vector<const Node*>& open, F f) const {
-        if (manager_->empty()) {
-            return;
-        }
-        open.assign(1, manager_->getTree().getRoot());
-        while (!open.empty()) {
-            const Node* node = open.back();
-            open.pop_back();
-            if (!node->bv.overlap(box)) {
-                continue;
-            }
-            if (node->isLeaf()) {
-                f(*static_cast<Proxy*>(static_cast<fcl::CollisionObject<double>*>(node->data)));
-            } else {
-                open.push_back(node->children[1]);
-                open.push_back(node->children[0]);
-            }
-        }
-    }
-
-    // Calls f(proxy, limit) for the leaves by their measure, the nearer first; answers the last limit.
-    template <class Measure, class F>
-    double walk(double limit, Measure measure, F f) const {
-        if (manager_->empty()) {
-            return limit;
-        }
-        return walkNearest(
-            static_cast<const Node*>(manager_->getTree().getRoot()), limit,
-            [&](const Node* node, double within) { return measure(node->bv.min_, node->bv.max_, within); },
-            [](const Node* node) { return node->isLeaf(); },
-            [](const Node* node, int side) -> const Node* { return node->children[side]; },
-            [&](const Node* node, double within) {
-                return f(*static_cast<Proxy*>(static_cast<fcl::CollisionObject<double>*>(node->data)), within);
-            });
-    }
-
-private:
-    // FCL's own list of objects is ordered by address; the leaves are in the same order on every run.
-    void rebuild(std::vector<fcl::CollisionObject<double>*> added) {
-        const double huge = std::numeric_limits<double>::infinity();
-        std::vector<fcl::CollisionObject<double>*> all;
-        std::vector<const Node*> open;
-        visit({Vec3d::Constant(-huge), Vec3d::Constant(huge)}, open, [&](Proxy& proxy) { all.push_back(&proxy); });
-        all.insert(all.end(), added.begin(), added.end());
-        manager_ = std::make_unique<Manager>();
-        manager_->registerObjects(all);
-    }
-
-    std::unique_ptr<Manager> manager_ = std::make_unique<Manager>();
-};
+// What is true of a proxy, in one byte: the walks read these at random.
+namespace flag {
+constexpr std::uint8_t isThere = 1;
+constexpr std::uint8_t isStatic = 2;
+constexpr std::uint8_t rests = 4;
+constexpr std::uint8_t isEndless = 8;  // has a side at infinity: in a list, not in a tree
+constexpr std::uint8_t isMoved = 16;   // its box is newer than the tree's copy
+constexpr std::uint8_t isAskedFor = 32;
+}  // namespace flag
 
 void checkBox(const Aabb& box) {
     // Written so that NaN fails.
     CAIRN_CHECK((box.min.array() <= box.max.array()).all(), "a box must be ordered and free of NaN");
+}
+
+// What one job of an update finds, and its room to work in; on cache lines of its own.
+struct alignas(64) Finder {
+    std::vector<ProxyPair> ahead;   // of who asks with a higher id: in order
+    std::vector<ProxyPair> behind;  // of who asks with a lower id: in the order of b
+    std::vector<const Node*> open;
+};
+
+// The order of pairs in one comparison, as an update makes some for every pair there is.
+bool inOrder(const ProxyPair& p, const ProxyPair& q) {
+    const auto key = [](const ProxyPair& pair) { return std::uint64_t{pair.a} << 32 | pair.b; };
+    return key(p) < key(q);
+}
+
+// Merges `more` into `into`, both sorted, with no room beside.
+void mergeInto(std::vector<ProxyPair>& into, const std::vector<ProxyPair>& more) {
+    std::size_t left = into.size();
+    into.resize(left + more.size());
+    std::size_t to = into.size();
+    for (std::size_t i = more.size(); i > 0; --i) {
+        while (left > 0 && inOrder(more[i - 1], into[left - 1])) {
+            into[--to] = into[--left];
+        }
+        into[--to] = more[i - 1];
+    }
 }
 
 }  // namespace
@@ -141,117 +66,227 @@ void checkBox(const Aabb& box) {
 struct BroadPhase::Impl {
     double margin;
     std::function<bool(ProxyId, ProxyId)> mayCollide;
-    std::vector<std::unique_ptr<Proxy>> proxies;  // by id
-    std::vector<Proxy*> endless;                  // in the order they came
-    Tree moving;
-    Tree still;
-    std::vector<ProxyId> toAsk;            // whose pairs are to be found anew by the next update
-    std::vector<std::uint8_t> isAskedFor;  // by id: whether it is in toAsk
+    // By id.
+    std::vector<Aabb> fat;
+    std::vector<Node*> leaves;  // null: not in a tree yet, or in `endless`
+    std::vector<std::uint8_t> flags;
+
+    std::vector<ProxyId> endless;  // in the order they came
+    BoxTree moving;
+    BoxTree still;
+    std::vector<ProxyId> toAsk;  // whose pairs are to be found anew by the next update
+    bool someCameToRest = false;
     std::vector<ProxyPair> pairs;
-    std::vector<ProxyPair> found;
-    std::vector<const Node*> open;
     std::size_t reinserted = 0;
 
-    Tree& treeOf(const Proxy& proxy) { return proxy.isStatic ? still : moving; }
+    // Kept so that an update like the last one allocates nothing.
+    std::vector<ProxyId> changedMoving;
+    std::vector<ProxyId> changedStill;
+    std::vector<Finder> finders;
+    std::vector<ProxyPair> ahead;
+    std::vector<ProxyPair> behind;
+    std::vector<ProxyPair> behindInOrder;
+    std::vector<std::uint32_t> firstOf;
 
-    Proxy& at(ProxyId id) {
-        CAIRN_CHECK(id < proxies.size() && proxies[id], "no such proxy");
-        return *proxies[id];
-    }
+    bool has(ProxyId id, std::uint8_t which) const { return (flags[id] & which) != 0; }
+    void set(ProxyId id, std::uint8_t which) { flags[id] = static_cast<std::uint8_t>(flags[id] | which); }
+    void clear(ProxyId id, std::uint8_t which) { flags[id] = static_cast<std::uint8_t>(flags[id] & ~which); }
+    BoxTree& treeOf(ProxyId id) { return has(id, flag::isStatic) ? still : moving; }
+    void check(ProxyId id) const { CAIRN_CHECK(id < flags.size() && has(id, flag::isThere), "no such proxy"); }
 
     void ask(ProxyId id) {
-        if (!isAskedFor[id]) {
-            isAskedFor[id] = 1;
+        if (!has(id, flag::isAskedFor)) {
+            set(id, flag::isAskedFor);
             toAsk.push_back(id);
         }
     }
 
-    void place(Proxy& proxy, const Aabb& fat) {
-        proxy.setFat(fat);
-        const bool isEndless = !fat.isFinite();
-        if (isEndless != proxy.isEndless) {
-            proxy.isEndless = isEndless;
-            if (isEndless) {
-                endless.push_back(&proxy);
-                if (proxy.inTree) {
-                    treeOf(proxy).remove(proxy);
-                }
+    void leaveTree(ProxyId id) {
+        if (Node* leaf = std::exchange(leaves[id], nullptr)) {
+            treeOf(id).remove(leaf);
+        }
+    }
+
+    Aabb fresh(const Aabb& tight, const Vec3d& displacement) const {
+        Aabb box = tight.grown(margin);
+        box.min += displacement.cwiseMin(0.0);
+        box.max += displacement.cwiseMax(0.0);
+        return box;
+    }
+
+    // Its fat box holds the tight one, and is not much larger than a fresh one.
+    bool stays(ProxyId id, const Aabb& tight, const Vec3d& displacement) const {
+        const Aabb& old = fat[id];
+        return old.contains(tight) && fresh(tight, displacement).grown(spareMargins * margin).contains(old);
+    }
+
+    void place(ProxyId id, const Aabb& box) {
+        fat[id] = box;
+        const bool endsNowhere = !box.isFinite();
+        if (endsNowhere != has(id, flag::isEndless)) {
+            if (endsNowhere) {
+                set(id, flag::isEndless);
+                endless.push_back(id);
+                leaveTree(id);
             } else {
-                std::erase(endless, &proxy);
+                clear(id, flag::isEndless);
+                std::erase(endless, id);
             }
         }
-        proxy.isMoved = true;
-        ask(proxy.id);
+        set(id, flag::isMoved);
+        ask(id);
     }
 
-    void add(const Proxy& a, const Proxy& b) {
+    // To be asked for a whose box overlaps b's.
+    void add(ProxyId a, ProxyId b, Finder& out) const {
+        const std::uint8_t ofB = flags[b];
         // Of two that both ask, the lower finds the pair.
-        if (a.id == b.id || (a.rests && b.rests) || (isAskedFor[b.id] && b.id < a.id)) {
+        if (a == b || (flags[a] & ofB & flag::rests) != 0 || ((ofB & flag::isAskedFor) != 0 && b < a)) {
             return;
         }
-        const ProxyPair pair{std::min(a.id, b.id), std::max(a.id, b.id)};
-        if (a.getAABB().overlap(b.getAABB()) && (!mayCollide || mayCollide(pair.a, pair.b))) {
-            found.push_back(pair);
+        const ProxyPair pair{std::min(a, b), std::max(a, b)};
+        if (!mayCollide || mayCollide(pair.a, pair.b)) {
+            (a < b ? out.ahead : out.behind).push_back(pair);
         }
     }
 
-    void findPartners(const Proxy& proxy) {
-        if (proxy.isEndless) {
-            for (const std::unique_ptr<Proxy>& other : proxies) {
-                if (other) {
-                    add(proxy, *other);
+    void findPartners(ProxyId id, Finder& out) const {
+        const auto first = static_cast<std::ptrdiff_t>(out.ahead.size());
+        const auto firstBehind = static_cast<std::ptrdiff_t>(out.behind.size());
+        const auto meet = [&](ProxyId other) { add(id, other, out); };
+        const auto meetOverlapping = [&](ProxyId other) {
+            if (fat[id].overlaps(fat[other])) {
+                meet(other);
+            }
+        };
+        if (has(id, flag::isEndless)) {
+            for (ProxyId other = 0; other < flags.size(); ++other) {
+                if (has(other, flag::isThere)) {
+                    meetOverlapping(other);
                 }
             }
-            return;
+        } else {
+            moving.visit(fat[id], out.open, meet);
+            if (!has(id, flag::rests)) {
+                still.visit(fat[id], out.open, meet);
+            }
+            std::for_each(endless.begin(), endless.end(), meetOverlapping);
         }
-        const auto meet = [&](const Proxy& other) { add(proxy, other); };
-        moving.visit(proxy.getAABB(), open, meet);
-        if (!proxy.rests) {
-            still.visit(proxy.getAABB(), open, meet);
+        std::sort(out.ahead.begin() + first, out.ahead.end(), inOrder);
+        std::sort(out.behind.begin() + firstBehind, out.behind.end(), inOrder);
+    }
+
+    // Calls f(id) for all that the trees do not know where they are: the endless, and who moved since the last update.
+    template <class F>
+    void forEachOutside(F f) const {
+        for (const ProxyId id : endless) {
+            if (!has(id, flag::isMoved)) {
+                f(id);
+            }
         }
-        for (const Proxy* other : endless) {
-            add(proxy, *other);
+        for (const ProxyId id : toAsk) {
+            if (has(id, flag::isThere) && has(id, flag::isMoved)) {
+                f(id);
+            }
         }
     }
 
-    void update() {
-        if (toAsk.empty()) {
-            reinserted = 0;
-            return;
-        }
-        std::sort(toAsk.begin(), toAsk.end());
-        std::vector<Proxy*> changedMoving;
-        std::vector<Proxy*> changedStill;
-        reinserted = 0;
-        for (ProxyId id : toAsk) {
-            Proxy* proxy = proxies[id].get();
-            if (proxy && proxy->isMoved) {
+    void reinsert() {
+        changedMoving.clear();
+        changedStill.clear();
+        for (const ProxyId id : toAsk) {
+            if (has(id, flag::isThere) && has(id, flag::isMoved)) {
                 ++reinserted;
-                if (!proxy->isEndless) {
-                    (proxy->isStatic ? changedStill : changedMoving).push_back(proxy);
+                clear(id, flag::isMoved);
+                if (!has(id, flag::isEndless)) {
+                    (has(id, flag::isStatic) ? changedStill : changedMoving).push_back(id);
                 }
             }
         }
-        moving.update(changedMoving);
-        still.update(changedStill);
+        moving.update(changedMoving, fat, leaves);
+        still.update(changedStill, fat, leaves);
+    }
 
-        found.clear();
-        for (ProxyId id : toAsk) {
-            if (Proxy* proxy = proxies[id].get()) {
-                proxy->isMoved = false;
-                proxy->hasShrunk = false;
-                findPartners(*proxy);
+    // Brings `behind`, which is in the order of b, into that of a.
+    void orderBehind() {
+        if (behind.size() < flags.size() / 8) {
+            std::sort(behind.begin(), behind.end(), inOrder);
+            return;
+        }
+        firstOf.assign(flags.size() + 1, 0);
+        for (const ProxyPair& pair : behind) {
+            ++firstOf[pair.a + std::size_t{1}];
+        }
+        for (std::size_t i = 1; i < firstOf.size(); ++i) {
+            firstOf[i] += firstOf[i - 1];
+        }
+        behindInOrder.resize(behind.size());
+        for (const ProxyPair& pair : behind) {
+            behindInOrder[firstOf[pair.a]++] = pair;
+        }
+        behind.swap(behindInOrder);
+    }
+
+    void find(JobSystem* jobs) {
+        const std::size_t perJob = std::max(asksPerJob, (toAsk.size() + maxJobs - 1) / maxJobs);
+        const std::size_t count = (toAsk.size() + perJob - 1) / perJob;
+        if (finders.size() < count) {
+            finders.resize(count);
+        }
+        const auto findSome = [&](std::size_t k) {
+            Finder& out = finders[k];
+            out.ahead.clear();
+            out.behind.clear();
+            for (std::size_t i = k * perJob; i < std::min((k + 1) * perJob, toAsk.size()); ++i) {
+                if (has(toAsk[i], flag::isThere)) {
+                    findPartners(toAsk[i], out);
+                }
+            }
+        };
+        if (jobs) {
+            parallelFor(*jobs, count, 1, findSome);
+        } else {
+            for (std::size_t k = 0; k < count; ++k) {
+                findSome(k);
             }
         }
-        std::sort(found.begin(), found.end());
-        std::erase_if(pairs, [&](const ProxyPair& pair) { return isAskedFor[pair.a] || isAskedFor[pair.b]; });
-        const auto middle = static_cast<std::ptrdiff_t>(pairs.size());
-        pairs.insert(pairs.end(), found.begin(), found.end());
-        std::inplace_merge(pairs.begin(), pairs.begin() + middle, pairs.end());
-        for (ProxyId id : toAsk) {
-            isAskedFor[id] = 0;
+        ahead.clear();
+        behind.clear();
+        for (std::size_t k = 0; k < count; ++k) {
+            ahead.insert(ahead.end(), finders[k].ahead.begin(), finders[k].ahead.end());
+            behind.insert(behind.end(), finders[k].behind.begin(), finders[k].behind.end());
+        }
+        orderBehind();
+    }
+
+    void update(JobSystem* jobs) {
+        reinserted = 0;
+        if (toAsk.empty() && !someCameToRest) {
+            return;
+        }
+        if (!std::is_sorted(toAsk.begin(), toAsk.end())) {
+            std::sort(toAsk.begin(), toAsk.end());
+        }
+        reinsert();
+        find(jobs);
+        std::erase_if(pairs, [&](const ProxyPair& pair) {
+            const std::uint8_t a = flags[pair.a];
+            const std::uint8_t b = flags[pair.b];
+            return ((a | b) & flag::isAskedFor) != 0 || (a & b & flag::rests) != 0;
+        });
+        mergeInto(ahead, behind);
+        if (pairs.empty() && ahead.size() > flags.size()) {
+            // A world that begins: no later update needs that much room.
+            pairs.swap(ahead);
+            finders.clear();
+        } else {
+            mergeInto(pairs, ahead);
+        }
+        for (const ProxyId id : toAsk) {
+            clear(id, flag::isAskedFor);
         }
         toAsk.clear();
+        someCameToRest = false;
     }
 };
 
@@ -268,9 +303,9 @@ BroadPhase& BroadPhase::operator=(BroadPhase&&) noexcept = default;
 
 void BroadPhase::setFilter(std::function<bool(ProxyId, ProxyId)> mayCollide) {
     impl_->mayCollide = std::move(mayCollide);
-    for (const std::unique_ptr<Proxy>& proxy : impl_->proxies) {
-        if (proxy) {
-            impl_->ask(proxy->id);
+    for (ProxyId id = 0; id < impl_->flags.size(); ++id) {
+        if (impl_->has(id, flag::isThere)) {
+            impl_->ask(id);
         }
     }
 }
@@ -278,60 +313,72 @@ void BroadPhase::setFilter(std::function<bool(ProxyId, ProxyId)> mayCollide) {
 void BroadPhase::add(ProxyId id, const Aabb& tight, bool isStatic) {
     CAIRN_CHECK(!contains(id), "the proxy is there already");
     checkBox(tight);
-    if (id >= impl_->proxies.size()) {
-        impl_->proxies.resize(id + std::size_t{1});
-        impl_->isAskedFor.resize(id + std::size_t{1}, 0);
+    if (id >= impl_->flags.size()) {
+        impl_->fat.resize(id + std::size_t{1});
+        impl_->leaves.resize(id + std::size_t{1}, nullptr);
+        impl_->flags.resize(id + std::size_t{1}, 0);
     }
-    impl_->proxies[id] = std::make_unique<Proxy>(id, isStatic);
-    impl_->place(*impl_->proxies[id], tight.grown(impl_->margin));
+    impl_->set(id, flag::isThere);
+    if (isStatic) {
+        impl_->set(id, flag::isStatic | flag::rests);
+    }
+    impl_->place(id, tight.grown(impl_->margin));
 }
 
 void BroadPhase::remove(ProxyId id) {
-    Proxy& proxy = impl_->at(id);
-    if (proxy.isEndless) {
-        std::erase(impl_->endless, &proxy);
-    } else if (proxy.inTree) {
-        impl_->treeOf(proxy).remove(proxy);
+    impl_->check(id);
+    if (impl_->has(id, flag::isEndless)) {
+        std::erase(impl_->endless, id);
     }
+    impl_->leaveTree(id);
     impl_->ask(id);
-    impl_->proxies[id].reset();
+    impl_->flags[id] = flag::isAskedFor;
 }
 
 bool BroadPhase::contains(ProxyId id) const {
-    return id < impl_->proxies.size() && impl_->proxies[id];
+    return id < impl_->flags.size() && impl_->has(id, flag::isThere);
+}
+
+bool BroadPhase::needsMove(ProxyId id, const Aabb& tight, const Vec3d& displacement) const {
+    impl_->check(id);
+    return !impl_->stays(id, tight, displacement);
 }
 
 void BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3d& displacement) {
-    Proxy& proxy = impl_->at(id);
     checkBox(tight);
     CAIRN_CHECK(displacement.allFinite(), "a sweep must be finite");
-    Aabb fresh = tight.grown(impl_->margin);
-    fresh.min += displacement.cwiseMin(0.0);
-    fresh.max += displacement.cwiseMax(0.0);
-    const Aabb old = proxy.fat();
-    if (old.contains(tight) && fresh.grown(spareMargins * impl_->margin).contains(old)) {
-        return;
+    if (needsMove(id, tight, displacement)) {
+        impl_->place(id, impl_->fresh(tight, displacement));
     }
-    proxy.hasShrunk |= old.contains(fresh);
-    impl_->place(proxy, fresh);
 }
 
 void BroadPhase::refilter(ProxyId id) {
-    impl_->at(id);
+    impl_->check(id);
     impl_->ask(id);
 }
 
 void BroadPhase::setResting(ProxyId id, bool rests) {
-    Proxy& proxy = impl_->at(id);
-    CAIRN_CHECK(rests || !proxy.isStatic, "a static body rests");
-    if (proxy.rests != rests) {
-        proxy.rests = rests;
+    impl_->check(id);
+    CAIRN_CHECK(rests || !impl_->has(id, flag::isStatic), "a static body flag::rests");
+    if (rests == impl_->has(id, flag::rests)) {
+        return;
+    }
+    if (rests) {
+        // Who comes to rest gains no pair, so nothing has to be asked.
+        impl_->set(id, flag::rests);
+        impl_->someCameToRest = true;
+    } else {
+        impl_->clear(id, flag::rests);
         impl_->ask(id);
     }
 }
 
+void BroadPhase::update(JobSystem& jobs) {
+    impl_->update(&jobs);
+}
+
 void BroadPhase::update() {
-    impl_->update();
+    impl_->update(nullptr);
 }
 
 const std::vector<ProxyPair>& BroadPhase::pairs() const {
@@ -340,31 +387,22 @@ const std::vector<ProxyPair>& BroadPhase::pairs() const {
 
 std::vector<ProxyId> BroadPhase::query(const Aabb& region) const {
     checkBox(region);
-    const fcl::AABB<double> box(region.min, region.max);
+    const Impl& impl = *impl_;
     std::vector<ProxyId> ids;
-    const auto meet = [&](const Proxy& proxy) {
-        if (proxy.getAABB().overlap(box)) {
-            ids.push_back(proxy.id);
-        }
-    };
     // What has moved since the last update is asked one by one, as the trees know its old box only.
-    const auto meetUnmoved = [&](const Proxy& proxy) {
-        if (!proxy.isMoved) {
-            meet(proxy);
+    const auto meetUnmoved = [&](ProxyId id) {
+        if (!impl.has(id, flag::isMoved)) {
+            ids.push_back(id);
         }
     };
     std::vector<const Node*> open;
-    impl_->moving.visit(box, open, meetUnmoved);
-    impl_->still.visit(box, open, meetUnmoved);
-    for (const Proxy* proxy : impl_->endless) {
-        meetUnmoved(*proxy);
-    }
-    for (ProxyId id : impl_->toAsk) {
-        const Proxy* proxy = impl_->proxies[id].get();
-        if (proxy && proxy->isMoved) {
-            meet(*proxy);
+    impl.moving.visit(region, open, meetUnmoved);
+    impl.still.visit(region, open, meetUnmoved);
+    impl.forEachOutside([&](ProxyId id) {
+        if (impl.fat[id].overlaps(region)) {
+            ids.push_back(id);
         }
-    }
+    });
     std::sort(ids.begin(), ids.end());
     return ids;
 }
@@ -372,29 +410,18 @@ std::vector<ProxyId> BroadPhase::query(const Aabb& region) const {
 // measure(low, high, limit): how far a box is along the walk, infinite where it is out of it.
 template <class Measure>
 void BroadPhase::walk(double limit, Measure measure, Visitor visit) const {
-    const auto meet = [&](const Proxy& proxy) {
-        const double bound = measure(proxy.getAABB().min_, proxy.getAABB().max_, limit);
+    const Impl& impl = *impl_;
+    impl.forEachOutside([&](ProxyId id) {
+        const double bound = measure(impl.fat[id].min, impl.fat[id].max, limit);
         if (bound <= limit && !std::isinf(bound)) {
-            limit = visit(proxy.id, limit);
+            limit = visit(id, limit);
         }
+    });
+    const auto meetUnmoved = [&](ProxyId id, double within) {
+        return impl.has(id, flag::isMoved) ? within : visit(id, within);
     };
-    for (const Proxy* proxy : impl_->endless) {
-        if (!proxy->isMoved) {
-            meet(*proxy);
-        }
-    }
-    // The trees know the old boxes of what has moved since the last update.
-    for (ProxyId id : impl_->toAsk) {
-        const Proxy* proxy = impl_->proxies[id].get();
-        if (proxy && proxy->isMoved) {
-            meet(*proxy);
-        }
-    }
-    const auto meetUnmoved = [&](const Proxy& proxy, double within) {
-        return proxy.isMoved ? within : visit(proxy.id, within);
-    };
-    limit = impl_->moving.walk(limit, measure, meetUnmoved);
-    impl_->still.walk(limit, measure, meetUnmoved);
+    limit = impl.moving.walk(limit, measure, meetUnmoved);
+    impl.still.walk(limit, measure, meetUnmoved);
 }
 
 void BroadPhase::cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& halfExtents, double limit,

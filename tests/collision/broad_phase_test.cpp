@@ -1,13 +1,17 @@
+#include <cairn/jobs.hpp>
+
 #include "base/base.hpp"
 #include "collision/collision.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <map>
 #include <random>
 #include <set>
+#include <thread>
 
 namespace cairn {
 namespace {
@@ -264,6 +268,164 @@ TEST(BroadPhase, AFilterChangedAsAWholeCounts) {
     EXPECT_TRUE(moved.contains(3));
 }
 
+// More threads than the machine has cores, which take the ranges in no order.
+class Threads : public JobSystem {
+public:
+    explicit Threads(int count) : count_(count) {}
+    int threadCount() const override { return count_; }
+    void parallelFor(std::size_t count, std::size_t grain,
+                     const std::function<void(std::size_t, std::size_t)>& body) override {
+        std::atomic<std::size_t> next{0};
+        const auto work = [&] {
+            for (std::size_t begin = next.fetch_add(grain); begin < count; begin = next.fetch_add(grain)) {
+                body(begin, std::min(begin + grain, count));
+            }
+        };
+        std::vector<std::jthread> threads;
+        for (int i = 0; i < count_; ++i) {
+            threads.emplace_back(work);
+        }
+    }
+
+private:
+    int count_;
+};
+
+// 3000 boxes on random walks over a ground without end; a third come to rest and wake again now and then.
+struct Crowd {
+    struct Walker {
+        Aabb box;
+        bool rests = false;
+    };
+    std::mt19937 random{11};
+    std::vector<Walker> walkers;
+    std::vector<BroadPhase> broads;  // all told the same
+
+    explicit Crowd(std::size_t copies, double margin) {
+        for (std::size_t i = 0; i < copies; ++i) {
+            broads.emplace_back(margin);
+            broads.back().setFilter(mayCollide);
+        }
+        add({{Vec3d::Constant(-infinity), Vec3d(infinity, infinity, 0)}, true});
+        for (int i = 0; i < 3000; ++i) {
+            const Vec3d at(uniform(0, 30), uniform(0, 30), uniform(0, 8));
+            const Vec3d half = Vec3d::Constant(uniform(0.1, 0.7));
+            add({{at - half, at + half}, false});
+        }
+    }
+
+    static bool mayCollide(ProxyId a, ProxyId b) { return (a + b) % 11 != 0; }
+    double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+
+    void add(const Walker& walker) {
+        for (BroadPhase& broad : broads) {
+            broad.add(static_cast<ProxyId>(walkers.size()), walker.box, walker.rests);
+        }
+        walkers.push_back(walker);
+    }
+
+    void step(double share, double displacementFactor) {
+        for (std::size_t i = 1; i < walkers.size(); ++i) {
+            Walker& walker = walkers[i];
+            const auto id = static_cast<ProxyId>(i);
+            const bool turns = i % 3 == 0 && uniform(0, 1) < 0.05;
+            walker.rests = turns ? !walker.rests : walker.rests;
+            const bool walks = !walker.rests && uniform(0, 1) < share;
+            const Vec3d by = walks ? Vec3d(uniform(-0.2, 0.2), uniform(-0.2, 0.2), uniform(-0.2, 0.2)) : Vec3d::Zero();
+            walker.box = {walker.box.min + by, walker.box.max + by};
+            for (BroadPhase& broad : broads) {
+                broad.setResting(id, walker.rests);
+                if (walks) {
+                    broad.move(id, walker.box, displacementFactor * by);
+                }
+            }
+        }
+    }
+
+    std::vector<ProxyPair> truth() const {
+        std::vector<ProxyPair> pairs;
+        for (std::size_t a = 0; a < walkers.size(); ++a) {
+            for (std::size_t b = a + 1; b < walkers.size(); ++b) {
+                const ProxyPair pair{static_cast<ProxyId>(a), static_cast<ProxyId>(b)};
+                const bool counts = (a != 0 && !walkers[a].rests) || !walkers[b].rests;
+                if (counts && mayCollide(pair.a, pair.b) && walkers[a].box.overlaps(walkers[b].box)) {
+                    pairs.push_back(pair);
+                }
+            }
+        }
+        return pairs;
+    }
+};
+
+TEST(BroadPhase, TheSamePairsForAnyNumberOfThreads) {
+    Threads two(2);
+    Threads four(4);
+    const std::shared_ptr<JobSystem> one = makeTbbJobSystem(1);
+    const std::shared_ptr<JobSystem> tbb = makeTbbJobSystem(4);
+    for (const double margin : {0.0, 0.05}) {
+        Crowd crowd(5, margin);
+        std::size_t pairs = 0;
+        for (int i = 0; i < 30; ++i) {
+            // Stretched ahead, boxes would hold more than the overlaps.
+            crowd.step(i % 3 == 0 ? 1 : i % 3 == 1 ? 0.1 : 0.002, margin == 0 ? 0 : 1);
+            crowd.broads[0].update();
+            crowd.broads[1].update(*one);
+            crowd.broads[2].update(two);
+            crowd.broads[3].update(four);
+            crowd.broads[4].update(*tbb);
+            const std::vector<ProxyPair>& first = crowd.broads[0].pairs();
+            for (const BroadPhase& broad : crowd.broads) {
+                ASSERT_TRUE(broad.pairs() == first) << "step " << i;
+                ASSERT_EQ(broad.lastReinserted(), crowd.broads[0].lastReinserted());
+            }
+            if (margin == 0 && i % 4 == 0) {
+                ASSERT_TRUE(first == crowd.truth()) << "step " << i;
+            }
+            pairs += first.size();
+        }
+        EXPECT_GT(pairs, 30u * 2000u);
+    }
+}
+
+TEST(BroadPhase, WhoNeedsAMoveIsReinserted) {
+    Crowd crowd(1, 0.05);
+    BroadPhase& broad = crowd.broads[0];
+    broad.update();
+    for (int step = 0; step < 20; ++step) {
+        std::size_t needed = 0;
+        for (ProxyId id = 1; id < crowd.walkers.size(); ++id) {
+            const Vec3d by = Vec3d::Constant(crowd.uniform(-0.04, 0.04));
+            Aabb& box = crowd.walkers[id].box;
+            box = {box.min + by, box.max + by};
+            const bool needs = broad.needsMove(id, box, by);
+            needed += needs ? 1 : 0;
+            if (needs || id % 2 == 0) {
+                broad.move(id, box, by);
+            }
+            EXPECT_FALSE(broad.needsMove(id, box, by));
+        }
+        broad.update();
+        EXPECT_EQ(broad.lastReinserted(), needed);
+    }
+}
+
+TEST(BroadPhase, OfTwoThatRestNoPairIsKept) {
+    BroadPhase broad;
+    for (ProxyId id = 0; id < 3; ++id) {
+        broad.add(id, {}, false);
+    }
+    broad.update();
+    EXPECT_EQ(broad.pairs().size(), 3u);
+    broad.setResting(0, true);
+    broad.setResting(2, true);
+    broad.update();
+    EXPECT_EQ(broad.pairs(), (std::vector<ProxyPair>{{0, 1}, {1, 2}}));
+    EXPECT_EQ(broad.lastReinserted(), 0u);
+    broad.setResting(0, false);
+    broad.update();
+    EXPECT_EQ(broad.pairs().size(), 3u);
+}
+
 // Sorted rows are the worst for a tree filled one by one: a chain as high as it is long, walked by recursion.
 TEST(BroadPhase, LongRowsStand) {
     BroadPhase broad;
@@ -281,6 +443,11 @@ TEST(BroadPhase, LongRowsStand) {
         broad.update();
     }
     EXPECT_EQ(broad.pairs().size(), 31999u);
+    for (int i = 0; i < 1000; ++i, ++next) {
+        broad.add(static_cast<ProxyId>(next), cube(next), false);
+        broad.update();
+    }
+    EXPECT_EQ(broad.pairs().size(), 32999u);
 }
 
 TEST(BroadPhaseDeathTest, MistakesEndTheProgram) {
