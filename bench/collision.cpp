@@ -7,9 +7,11 @@
 #include "collision/narrow_phase/narrow_phase.hpp"
 #include "collision/queries/body_query.hpp"
 #include "collision/queries/time_of_impact.hpp"
+#include "collision/shapes/collision_mesh.hpp"
 
 #include <benchmark/benchmark.h>
 
+#include <limits>
 #include <map>
 #include <random>
 
@@ -93,6 +95,48 @@ void broadPhase(benchmark::State& state) {
     state.counters["pairs"] = static_cast<double>(phase.pairs().size());
 }
 BENCHMARK(broadPhase)->Arg(100)->Arg(1000)->Arg(5000)->Unit(benchmark::kMicrosecond);
+
+// What `count` bodies cost that stay within their fat boxes: a move each, and an update that has nothing to do.
+void broadPhaseStays(benchmark::State& state) {
+    const int count = static_cast<int>(state.range(0));
+    const int side = static_cast<int>(std::cbrt(count)) + 1;
+    BroadPhase phase;
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < count; ++i) {
+        const Vec3d p = 1.02 * Vec3d(i % side, i / side % side, i / (side * side));
+        boxes.push_back({p - Vec3d::Constant(0.5), p + Vec3d::Constant(0.5)});
+        phase.add(static_cast<ProxyId>(i), boxes.back(), false);
+    }
+    phase.update();
+    for (auto _ : state) {
+        for (int i = 0; i < count; ++i) {
+            phase.move(static_cast<ProxyId>(i), boxes[static_cast<std::size_t>(i)], Vec3d::Constant(1e-4));
+        }
+        phase.update();
+    }
+    state.counters["s a body"] =
+        benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(broadPhaseStays)->Arg(10000)->Unit(benchmark::kMicrosecond);
+
+// A world of `count` boxes side by side on a ground without end, from nothing to its first pairs.
+void broadPhaseBuild(benchmark::State& state) {
+    const int count = static_cast<int>(state.range(0));
+    const int side = static_cast<int>(std::sqrt(count)) + 1;
+    const double never = std::numeric_limits<double>::infinity();
+    const std::shared_ptr<JobSystem> jobs = makeTbbJobSystem(static_cast<int>(state.range(1)));
+    for (auto _ : state) {
+        BroadPhase phase;
+        phase.add(0, {Vec3d::Constant(-never), Vec3d(never, never, 0)}, true);
+        for (int i = 0; i < count; ++i) {
+            const Vec3d p(1.5 * (i % side), 1.5 * (i / side), 0.5);
+            phase.add(static_cast<ProxyId>(i + 1), {p - Vec3d::Constant(0.5), p + Vec3d::Constant(0.5)}, false);
+        }
+        phase.update(*jobs);
+        benchmark::DoNotOptimize(phase.pairs().data());
+    }
+}
+BENCHMARK(broadPhaseBuild)->ArgsProduct({{10000, 100000}, {1, 2}})->UseRealTime()->Unit(benchmark::kMillisecond);
 
 std::mt19937& randomOf(unsigned seed) {
     static std::mt19937 random;
