@@ -1,6 +1,6 @@
 #include "command/recording/view_page.hpp"
 #include "command/advice/advice.hpp"
-#include "command/recording/view_script.hpp"
+#include "command/recording/view_text.hpp"
 
 #include <cmath>
 
@@ -213,15 +213,18 @@ std::string viewPage(const Recording& recording) {
     for (const std::string& track : recording.tracks) {
         data["tracks"].push_back(toBase64(track));
     }
-    const std::string body = std::string("<style>") + view_script::style + "</style>\n" + headOf(recording) +
-                             view_script::elements + "<p class=\"soft\">Poses are kept to " +
+    const std::string body = "<style>" + std::string(view_text::style) + "</style>\n" + headOf(recording) +
+                             std::string(view_text::elements) + "<p class=\"soft\">Poses are kept to " +
                              lengthText(positionRounding) + ", every " +
                              (recording.every == 1 ? "step" : std::to_string(recording.every) + " steps") +
                              ". Recorded by cairn " + escapedHtml(recording.version) + ".</p>\n";
-    return html({.title = scene.name + " - cairn view",
-                 .body = body,
-                 .data = std::move(data),
-                 .script = std::string(view_script::run) + view_script::drawing + view_script::player});
+    std::string script;
+    for (const std::string_view part : {view_text::run, view_text::camera, view_text::meshes, view_text::shaders,
+                                        view_text::drawing, view_text::pick, view_text::player}) {
+        script += part;
+    }
+    return html(
+        {.title = scene.name + " - cairn view", .body = body, .data = std::move(data), .script = std::move(script)});
 }
 
 }  // namespace cairn

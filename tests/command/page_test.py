@@ -307,7 +307,7 @@ def check_view(browser, recording, result, folder):
     browser.press(x + 0.8 * width, y + 0.4 * height)
     moved = time_of()
     check(moved > 60 * dt and cursor() > at_60, f"the chart moves time to {moved}, the cursor to {cursor()}")
-    share = (cursor() - 58) / (width - 58 - 12)  # the plot's edges: chart() in page.cpp
+    share = (cursor() - 58) / (width - 58 - 12)  # the plot's edges: chart() in page.js
     check(abs(share * steps * dt - moved) < 0.01, f"the cursor stands at {share} of the plot, time at {moved}")
     browser.click("#worst button")
     browser.frames()

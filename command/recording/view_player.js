@@ -1,9 +1,5 @@
 // What a reader does: time, camera, choice, and the error beside it.
-#include "command/recording/view_script.hpp"
 
-namespace cairn::view_script {
-
-const char* const player = R"page(
 const canvas = el('view'), state = { time: 0, playing: false, chosen: -1, asked: 0, past: 0 };
 const show = (id, html) => { if (el(id).innerHTML !== html) el(id).innerHTML = html; };
 let draw = null;
@@ -246,6 +242,3 @@ redraws.push(ask);
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', ask);
 setPlaying(false);
 render();
-)page";
-
-}  // namespace cairn::view_script
