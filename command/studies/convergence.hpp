@@ -33,7 +33,7 @@ struct MethodConvergence {
     std::array<int, 4> residual{};
     std::vector<double> history = {};  // |error| / |error at the start| after 0, 1, 2, ... iterations
 
-    // Iterations that divide the error by e: -1 / ln(rate).
+    // perE() of the rate; 0 without one.
     double perFactorE() const;
 };
 
@@ -78,6 +78,10 @@ BestPenalty bestPenalty(const std::vector<double>& masses, bool symmetric = fals
 
 // Jacobi radius of a chain of any masses (0: held), from the rows.
 double chainJacobiRadius(const std::vector<double>& masses);
+// The relaxation that suits a Jacobi radius best, theory 5.12.
+double bestRelaxationOf(double jacobiRadius);
+// Iterations that divide the error by e: -1 / ln(radius).
+double perE(double radius);
 
 struct AvbdRow {
     AvbdRule rule = {};
