@@ -22,42 +22,7 @@ ErrorMeter::ErrorMeter(const Scene& scene, Known known)
         }
     }
     for (const SceneJoint& joint : scene.joints) {
-        std::visit(
-            [&](const auto& def) {
-                if constexpr (
-                    requires { def.motorSpeed; } && !requires { def.lower; }) {
-                    return;  // a motor alone holds nothing together
-                }
-                if constexpr (requires { def.softness; }) {
-                    // What gives way by its nature has no error here.
-                    if (def.softness.compliance > 0 || def.softness.frequency > 0) {
-                        return;
-                    }
-                }
-                Anchors anchors{def.a.index, def.b.index, Vec3d::Zero(), Vec3d::Zero(), &joint.def};
-                const Posed toA = start(scene.bodies[def.a.index]).inverse();
-                const Posed toB = start(scene.bodies[def.b.index]).inverse();
-                if constexpr (requires {
-                                  def.anchorA;
-                                  def.lower;
-                              }) {
-                    anchors.onA = toA * def.anchorA;
-                    anchors.onB = toB * def.anchorB;
-                    const double length = (def.anchorB - def.anchorA).norm();
-                    anchors.lower = def.lower < 0 ? length : def.lower;
-                    anchors.upper = def.upper < 0 ? length : def.upper;
-                } else if constexpr (requires { def.anchor; }) {
-                    anchors.onA = toA * def.anchor;
-                    anchors.onB = toB * def.anchor;
-                } else {
-                    return;
-                }
-                if constexpr (requires { def.motorForce; }) {
-                    anchors.axis = toA.rotation * def.axis.normalized();
-                }
-                anchors_.push_back(anchors);
-            },
-            joint.def);
+        addAnchors(joint);
     }
     broadPhase_.setFilter([this](ProxyId a, ProxyId b) { return mayCollide(scene_, joined_, a, b); });
     for (std::size_t a = 0; a < scene.bodies.size() && !touches_; ++a) {
@@ -65,6 +30,49 @@ ErrorMeter::ErrorMeter(const Scene& scene, Known known)
             touches_ = mayCollide(scene, joined_, a, b);
         }
     }
+    listMeasures();
+}
+
+void ErrorMeter::addAnchors(const SceneJoint& joint) {
+    std::visit(
+        [&](const auto& def) {
+            if constexpr (
+                requires { def.motorSpeed; } && !requires { def.lower; }) {
+                return;  // a motor alone holds nothing together
+            }
+            if constexpr (requires { def.softness; }) {
+                // What gives way by its nature has no error here.
+                if (def.softness.compliance > 0 || def.softness.frequency > 0) {
+                    return;
+                }
+            }
+            Anchors anchors{def.a.index, def.b.index, Vec3d::Zero(), Vec3d::Zero(), &joint.def};
+            const Posed toA = start(scene_.bodies[def.a.index]).inverse();
+            const Posed toB = start(scene_.bodies[def.b.index]).inverse();
+            if constexpr (requires {
+                              def.anchorA;
+                              def.lower;
+                          }) {
+                anchors.onA = toA * def.anchorA;
+                anchors.onB = toB * def.anchorB;
+                const double length = (def.anchorB - def.anchorA).norm();
+                anchors.lower = def.lower < 0 ? length : def.lower;
+                anchors.upper = def.upper < 0 ? length : def.upper;
+            } else if constexpr (requires { def.anchor; }) {
+                anchors.onA = toA * def.anchor;
+                anchors.onB = toB * def.anchor;
+            } else {
+                return;
+            }
+            if constexpr (requires { def.motorForce; }) {
+                anchors.axis = toA.rotation * def.axis.normalized();
+            }
+            anchors_.push_back(anchors);
+        },
+        joint.def);
+}
+
+void ErrorMeter::listMeasures() {
     constexpr double mm = 1e3;
     constexpr double micrometre = 1e-6;  // no eye and no game can tell less
     constexpr double failure = 0.1;      // m: a tower has fallen, a chain is torn

@@ -53,6 +53,9 @@ private:
         double sumOfSquares = 0;  // m2, over points
     };
 
+    // None where a joint gives way by its nature.
+    void addAnchors(const SceneJoint& joint);
+    void listMeasures();
     Depths depths(const ReferenceEngine& reference);
     // SimBenchmark's rolling and bouncing at one step.
     double speedError(const ReferenceEngine& reference, double seconds) const;
