@@ -9,5 +9,5 @@ if [[ "${1:-}" == --fix ]]; then
     how=(-i)
 fi
 # demos/game/game.cpp is the example of README.md, line for line.
-git -c safe.directory="$PWD" ls-files -z '*.cpp' '*.hpp' ':!demos/game/game.cpp' |
+git -c safe.directory="$PWD" ls-files -z '*.cpp' '*.hpp' '*.js' ':!demos/game/game.cpp' |
     xargs -0 -r clang-format "${how[@]}"

@@ -29,7 +29,7 @@ while IFS= read -r -d '' file; do
     if [[ "$staged" != "$formatted" ]]; then
         unformatted+=("$file")
     fi
-done < <(git diff --cached --name-only --diff-filter=ACMR -z -- '*.cpp' '*.hpp' ':!demos/game/game.cpp')
+done < <(git diff --cached --name-only --diff-filter=ACMR -z -- '*.cpp' '*.hpp' '*.js' ':!demos/game/game.cpp')
 if [[ ${#unformatted[@]} -gt 0 ]]; then
     printf 'pre-commit: not as clang-format has it: %s\n' "${unformatted[@]}" >&2
     echo "pre-commit: scripts/check_format.sh --fix mends them; then stage them again" >&2
