@@ -3,39 +3,56 @@
 #include <algorithm>
 
 namespace cairn {
+namespace {
 
-// Separating axes (Gottschalk, Lin, Manocha 1996): 6 face normals and 9 cross products of edges, by the largest
-// separation. Faces are preferred, the remembered side most.
-bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
-            NarrowCounts& counts, WorkManifold& out) {
+// The face normal of each box along which the boxes lie farthest apart, and how far (m, negative: overlap).
+struct FaceAxes {
+    int axisA = 0;
+    int axisB = 0;
+    double apartA = 0;
+    double apartB = 0;
+    Vec3d centreInB = Vec3d::Zero();  // from a's centre to b's, along b's axes
+    double slack = 0;                 // m, faces whose separations differ by less are equally good
+
+    double best() const { return std::max(apartA, apartB); }
+};
+
+// The cross product of an edge of each; a < 0: none parts the boxes clearly better than a face does.
+struct EdgeAxes {
+    int a = -1;
+    int b = -1;
+    double apart = 0;   // m
+    double length = 1;  // of the cross product
+};
+
+// False: some face normal parts the boxes by more than the margin.
+bool facesWithin(const Convex& a, const Convex& b, const Mat3d& absRotation, double margin, FaceAxes& faces) {
+    const Vec3d& t = b.position;
+    const Vec3d apartA = t.cwiseAbs() - a.size - absRotation * b.size;
+    faces.apartA = apartA.maxCoeff(&faces.axisA);
+    if (!(faces.apartA <= margin)) {
+        return false;
+    }
+    faces.centreInB = b.rotation.transpose() * t;
+    const Vec3d apartB = faces.centreInB.cwiseAbs() - b.size - absRotation.transpose() * a.size;
+    faces.apartB = apartB.maxCoeff(&faces.axisB);
+    if (!(faces.apartB <= margin)) {
+        return false;
+    }
+    faces.slack = 1e-3 * std::min(a.size.minCoeff(), b.size.minCoeff());
+    return true;
+}
+
+// False: some pair of edges parts the boxes by more than the margin.
+bool edgesWithin(const Convex& a, const Convex& b, const Mat3d& absRotation, double margin, const FaceAxes& faces,
+                 EdgeAxes& edges) {
     const Mat3d& r = b.rotation;
+    const Mat3d& q = absRotation;
     const Vec3d& t = b.position;
     const Vec3d& ha = a.size;
     const Vec3d& hb = b.size;
-    const Mat3d q = r.cwiseAbs();
-
-    const Vec3d apartA = t.cwiseAbs() - ha - q * hb;
-    int axisA = 0;
-    const double bestA = apartA.maxCoeff(&axisA);
-    if (!(bestA <= margin)) {
-        return false;
-    }
-    const Vec3d tb = r.transpose() * t;
-    const Vec3d apartB = tb.cwiseAbs() - hb - q.transpose() * ha;
-    int axisB = 0;
-    const double bestB = apartB.maxCoeff(&axisB);
-    if (!(bestB <= margin)) {
-        return false;
-    }
-    const double scale = std::min(ha.minCoeff(), hb.minCoeff());
-    const double slack = 1e-3 * scale;
-    const double bestFace = std::max(bestA, bestB);
-
     // An edge axis must part the boxes clearly better than any face, else the face's four points are worth more.
-    double bestEdge = bestFace + slack + 0.02 * std::abs(bestFace);
-    int edgeA = -1;
-    int edgeB = -1;
-    double edgeLength = 1;
+    edges.apart = faces.best() + faces.slack + 0.02 * std::abs(faces.best());
     for (int i = 0; i < 3; ++i) {
         const int i1 = (i + 1) % 3;
         const int i2 = (i + 2) % 3;
@@ -52,46 +69,54 @@ bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memor
             const int j2 = (j + 2) % 3;
             const double spans = ha[i1] * q(i2, j) + ha[i2] * q(i1, j) + hb[j1] * q(i, j2) + hb[j2] * q(i, j1);
             const double apart = (std::abs(t[i1] * x1 + t[i2] * x2) - spans) / length;
-            if (apart > bestEdge) {
+            if (apart > edges.apart) {
                 if (!(apart <= margin)) {
                     return false;
                 }
-                bestEdge = apart;
-                edgeA = i;
-                edgeB = j;
-                edgeLength = length;
+                edges = {i, j, apart, length};
             }
         }
     }
+    return true;
+}
 
-    if (edgeA < 0) {
-        const bool preferB = bestB > bestA + (memory.reference == 1 ? -slack : slack);
-        for (const bool takeB : {preferB, !preferB}) {
-            if ((takeB ? bestB : bestA) < bestFace - slack - 0.02 * std::abs(bestFace)) {
-                continue;
-            }
-            const Convex& holder = takeB ? b : a;
-            const Convex& other = takeB ? a : b;
-            const Vec3d axis = takeB ? Vec3d((tb[axisB] >= 0 ? -1.0 : 1.0) * r.col(axisB))
-                                     : Vec3d((t[axisA] >= 0 ? 1.0 : -1.0) * Vec3d::Unit(axisA));
-            fillFace(holder, axis, scratch.face);
-            incidentOutline(other, -scratch.face.normal, scratch.incident);
-            scratch.candidates.clear();
-            clipToFace(scratch, 0, margin);
-            // Apart, the nearest place may lie beside the face.
-            const double limit = (takeB ? bestB : bestA) + slack + 0.02 * std::abs(bestFace);
-            if (!scratch.candidates.empty() &&
-                (bestFace <= 0 ||
-                 std::ranges::any_of(scratch.candidates, [&](const Candidate& c) { return c.separation <= limit; }))) {
-                fillManifold(scratch, scratch.face.normal, takeB ? 1 : 0, out);
-                return true;
-            }
+// False: the boxes lie beside each other, near only by an edge or a corner.
+bool faceManifold(const Convex& a, const Convex& b, const FaceAxes& faces, double margin, const Memory& memory,
+                  Scratch& scratch, WorkManifold& out) {
+    const double best = faces.best();
+    const bool preferB = faces.apartB > faces.apartA + (memory.reference == 1 ? -faces.slack : faces.slack);
+    for (const bool takeB : {preferB, !preferB}) {
+        const double apart = takeB ? faces.apartB : faces.apartA;
+        if (apart < best - faces.slack - 0.02 * std::abs(best)) {
+            continue;
         }
-        // Beside each other: near only by an edge or a corner.
-        return convexPair(a, b, margin, memory, scratch, counts, out);
+        const Convex& holder = takeB ? b : a;
+        const Convex& other = takeB ? a : b;
+        const Vec3d axis = takeB ? Vec3d((faces.centreInB[faces.axisB] >= 0 ? -1.0 : 1.0) * b.rotation.col(faces.axisB))
+                                 : Vec3d((b.position[faces.axisA] >= 0 ? 1.0 : -1.0) * Vec3d::Unit(faces.axisA));
+        fillFace(holder, axis, scratch.face);
+        incidentOutline(other, -scratch.face.normal, scratch.incident);
+        scratch.candidates.clear();
+        clipToFace(scratch, 0, margin);
+        // Apart, the nearest place may lie beside the face.
+        const double limit = apart + faces.slack + 0.02 * std::abs(best);
+        if (!scratch.candidates.empty() &&
+            (best <= 0 ||
+             std::ranges::any_of(scratch.candidates, [&](const Candidate& c) { return c.separation <= limit; }))) {
+            fillManifold(scratch, scratch.face.normal, takeB ? 1 : 0, out);
+            return true;
+        }
     }
+    return false;
+}
 
-    Vec3d n = Vec3d::Unit(edgeA).cross(r.col(edgeB)) / edgeLength;
+// False: the lines of the two edges pass each other beyond their ends, so that the nearest features are others.
+bool crossedEdges(const Convex& a, const Convex& b, const EdgeAxes& edges, WorkManifold& out) {
+    const Mat3d& r = b.rotation;
+    const Vec3d& t = b.position;
+    const Vec3d& ha = a.size;
+    const Vec3d& hb = b.size;
+    Vec3d n = Vec3d::Unit(edges.a).cross(r.col(edges.b)) / edges.length;
     if (n.dot(t) < 0) {
         n = -n;
     }
@@ -99,31 +124,48 @@ bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memor
     Vec3d pa;
     Vec3d pb;
     for (int k = 0; k < 3; ++k) {
-        pa[k] = k == edgeA ? 0 : std::copysign(ha[k], n[k]);
-        pb[k] = k == edgeB ? 0 : std::copysign(hb[k], -n.dot(r.col(k)));
+        pa[k] = k == edges.a ? 0 : std::copysign(ha[k], n[k]);
+        pb[k] = k == edges.b ? 0 : std::copysign(hb[k], -n.dot(r.col(k)));
     }
-    const std::uint64_t id = 0x1000u + static_cast<unsigned>(edgeA * 3 + edgeB) * 64u + (pa.x() > 0 ? 1u : 0u) +
+    const std::uint64_t id = 0x1000u + static_cast<unsigned>(edges.a * 3 + edges.b) * 64u + (pa.x() > 0 ? 1u : 0u) +
                              (pa.y() > 0 ? 2u : 0u) + (pa.z() > 0 ? 4u : 0u) + (pb.x() > 0 ? 8u : 0u) +
                              (pb.y() > 0 ? 16u : 0u) + (pb.z() > 0 ? 32u : 0u);
     const Vec3d q0 = r * pb + t;
-    const Vec3d u = Vec3d::Unit(edgeA);
-    const Vec3d v = r.col(edgeB);
+    const Vec3d u = Vec3d::Unit(edges.a);
+    const Vec3d v = r.col(edges.b);
     const Vec3d between = q0 - pa;
     const double cosine = u.dot(v);
     const double denominator = 1 - cosine * cosine;
     const double s = (between.dot(u) - cosine * between.dot(v)) / denominator;
     const double w = (cosine * between.dot(u) - between.dot(v)) / denominator;
-    if (bestEdge > 0 && (std::abs(s) > ha[edgeA] || std::abs(w) > hb[edgeB])) {
-        // The lines pass each other beyond their ends: the nearest features are others.
-        return convexPair(a, b, margin, memory, scratch, counts, out);
+    if (edges.apart > 0 && (std::abs(s) > ha[edges.a] || std::abs(w) > hb[edges.b])) {
+        return false;
     }
-    const Vec3d onA = pa + std::clamp(s, -ha[edgeA], ha[edgeA]) * u;
-    const Vec3d onB = q0 + std::clamp(w, -hb[edgeB], hb[edgeB]) * v;
+    const Vec3d onA = pa + std::clamp(s, -ha[edges.a], ha[edges.a]) * u;
+    const Vec3d onB = q0 + std::clamp(w, -hb[edges.b], hb[edges.b]) * v;
     out.normal = n;
     out.reference = -1;
     out.count = 1;
     out.points[0] = {onA, onB, (onB - onA).dot(n), id};
     return true;
+}
+
+}  // namespace
+
+// Separating axes (Gottschalk, Lin, Manocha 1996): 6 face normals and 9 cross products of edges, by the largest
+// separation. Faces are preferred, the remembered side most.
+bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
+            NarrowCounts& counts, WorkManifold& out) {
+    const Mat3d absRotation = b.rotation.cwiseAbs();
+    FaceAxes faces;
+    EdgeAxes edges;
+    if (!facesWithin(a, b, absRotation, margin, faces) || !edgesWithin(a, b, absRotation, margin, faces, edges)) {
+        return false;
+    }
+    if (edges.a < 0 ? faceManifold(a, b, faces, margin, memory, scratch, out) : crossedEdges(a, b, edges, out)) {
+        return true;
+    }
+    return convexPair(a, b, margin, memory, scratch, counts, out);
 }
 
 }  // namespace cairn

@@ -184,22 +184,20 @@ bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const M
     return true;
 }
 
-bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memory& memory, NarrowCounts& counts,
-                    WorkManifold& out) {
+namespace {
+
+// The nearest points (0, y, 0) and b.position + t axis of the axes of two capsules.
+struct AxisPoints {
+    double y = 0;
+    double t = 0;
+};
+
+// Ericson 5.1.9; parallel lines take the middle of their common stretch, so that nothing depends on round-off.
+AxisPoints nearestOfAxes(const Convex& a, const Convex& b, const Vec3d& axis, double sine2) {
     const double ha = a.size.y();
     const double hb = b.size.y();
     const Vec3d& c = b.position;
-    const Vec3d axis = b.rotation.col(1);
-    const double radii = a.radius + b.radius;
-    // Bounding spheres first: most pairs end here.
-    const double far = ha + hb + radii + margin;
-    if (c.squaredNorm() > far * far) {
-        return false;
-    }
-    // The nearest points y and c + t axis of the two segments (Ericson 5.1.9); parallel lines take the middle of their
-    // common stretch, so that nothing depends on round-off.
     const double cosine = axis.y();
-    const double sine2 = 1 - cosine * cosine;
     const double along = c.dot(axis);
     double t = 0;
     if (sine2 > 1e-12) {
@@ -215,8 +213,42 @@ bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memor
         t = std::clamp(y * cosine - along, -hb, hb);
         y = std::clamp(c.y() + t * cosine, -ha, ha);
     }
-    const Vec3d pa(0, y, 0);
-    const Vec3d pb = c + t * axis;
+    return {y, t};
+}
+
+// Of two axes that meet: along the normal of both, or across one where they are the same line.
+Vec3d normalOfMetAxes(const Vec3d& centreOfB, const Vec3d& axis, double radii, const Memory& memory) {
+    Vec3d n = Vec3d::UnitX();
+    const Vec3d cross = Vec3d::UnitY().cross(axis);
+    if (cross.squaredNorm() > 1e-12) {
+        n = cross.normalized();
+        n = centreOfB.dot(n) < 0 ? Vec3d(-n) : n;
+    }
+    if (memory.normal.squaredNorm() > 0.5 && memory.normal.dot(n) < 0 && centreOfB.dot(n) < 1e-9 * radii) {
+        n = -n;
+    }
+    return n;
+}
+
+}  // namespace
+
+bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memory& memory, NarrowCounts& counts,
+                    WorkManifold& out) {
+    const double ha = a.size.y();
+    const double hb = b.size.y();
+    const Vec3d& c = b.position;
+    const Vec3d axis = b.rotation.col(1);
+    const double radii = a.radius + b.radius;
+    // Bounding spheres first: most pairs end here.
+    const double far = ha + hb + radii + margin;
+    if (c.squaredNorm() > far * far) {
+        return false;
+    }
+    const double cosine = axis.y();
+    const double sine2 = 1 - cosine * cosine;
+    const AxisPoints nearest = nearestOfAxes(a, b, axis, sine2);
+    const Vec3d pa(0, nearest.y, 0);
+    const Vec3d pb = c + nearest.t * axis;
     const Vec3d d = pb - pa;
     const double distance = d.norm();
     if (!(distance - radii <= margin)) {
@@ -226,18 +258,8 @@ bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memor
     if (distance > 1e-9 * radii) {
         n = d / distance;
     } else {
-        // The axes meet: out along the normal of both, or across one where they are the same line.
         ++counts.repairedNormals;
-        const Vec3d cross = Vec3d::UnitY().cross(axis);
-        if (cross.squaredNorm() > 1e-12) {
-            n = cross.normalized();
-            n = c.dot(n) < 0 ? Vec3d(-n) : n;
-        } else {
-            n = Vec3d::UnitX();
-        }
-        if (memory.normal.squaredNorm() > 0.5 && memory.normal.dot(n) < 0 && c.dot(n) < 1e-9 * radii) {
-            n = -n;
-        }
+        n = normalOfMetAxes(c, axis, radii, memory);
     }
     out.normal = n;
     out.reference = -1;

@@ -194,6 +194,30 @@ void clipToFace(Scratch& scratch, double radius, double margin) {
     }
 }
 
+namespace {
+
+// Puts the deepest candidate in the place of the chosen one nearest to it, unless one of them is as deep.
+void keepDeepest(const std::vector<Candidate>& candidates, int deepest, double slack, std::span<int> chosen) {
+    const auto at = [&](int i) -> const Candidate& { return candidates[static_cast<std::size_t>(i)]; };
+    int* place = nullptr;
+    double nearest = 1e300;
+    for (int& i : chosen) {
+        if (at(i).separation <= at(deepest).separation + slack) {
+            return;
+        }
+        const double distance = (at(i).inner - at(deepest).inner).norm();
+        if (distance < nearest) {
+            nearest = distance;
+            place = &i;
+        }
+    }
+    if (place != nullptr) {
+        *place = deepest;
+    }
+}
+
+}  // namespace
+
 int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tangent1, const Vec3d& tangent2,
                      std::array<int, 4>& chosen) {
     const int count = static_cast<int>(candidates.size());
@@ -258,21 +282,7 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
         }
         chosen[static_cast<std::size_t>(used++)] = best;
     }
-    // The deepest must be among them, in the place of the one nearest to it, unless one is as deep.
-    int smallest = -1;
-    double nearest = 1e300;
-    for (int k = 0; k < used; ++k) {
-        const int i = chosen[static_cast<std::size_t>(k)];
-        if (at(i).separation <= at(deepest).separation + slack) {
-            return used;
-        }
-        const double distance = (at(i).inner - at(deepest).inner).norm();
-        if (distance < nearest) {
-            nearest = distance;
-            smallest = k;
-        }
-    }
-    chosen[static_cast<std::size_t>(smallest)] = deepest;
+    keepDeepest(candidates, deepest, slack, std::span(chosen).first(static_cast<std::size_t>(used)));
     return used;
 }
 

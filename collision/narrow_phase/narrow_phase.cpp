@@ -138,6 +138,70 @@ PairCache::Entry& entryOf(PairCache& cache, std::uint32_t shapeA, std::uint32_t 
     return cache.entries.back();
 }
 
+// A shape of each body in the order in which their method takes them, and the way from the first one's frame, in which
+// it works, to the bodies'.
+struct OrderedPair {
+    const Shape& first;
+    const Shape& second;
+    bool swapped;
+    Frame firstFromSecond;
+    Frame bodyAFromFirst;
+    Frame bodyBFromFirst;
+};
+
+Memory recall(const PairCache::Entry& entry, const OrderedPair& pair) {
+    Memory memory;
+    if (entry.normal.squaredNorm() > 0.5) {
+        memory.normal = pair.bodyAFromFirst.rotation.transpose() * entry.normal;
+        if (pair.swapped) {
+            memory.normal = -memory.normal;
+        }
+    }
+    if (entry.reference >= 0) {
+        memory.reference = static_cast<std::int8_t>(pair.swapped ? 1 - entry.reference : entry.reference);
+    }
+    return memory;
+}
+
+// The pair's manifolds in its work frame; where its method fails, one that parts the shapes all the same.
+const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, Memory memory, NarrowCounts& counts) {
+    std::vector<WorkManifold>& manifolds = manifoldsOfThread();
+    manifolds.clear();
+    bool failed = false;
+    try {
+        ask(pair.first, pair.second, pair.firstFromSecond, margin, memory, counts, manifolds);
+    } catch (const std::exception&) {
+        failed = true;
+    }
+    failed = failed || !std::ranges::all_of(manifolds, isSound);
+    if (failed) {
+        ++counts.repairedFailures;
+        manifolds.assign(1, WorkManifold{});
+        if (!repair(pair.first, pair.second, pair.firstFromSecond, margin, memory, manifolds.front())) {
+            manifolds.clear();
+        }
+    }
+    return manifolds;
+}
+
+Manifold inBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t shapeA, std::uint32_t shapeB) {
+    Manifold made;
+    made.shapeA = shapeA;
+    made.shapeB = shapeB;
+    made.id = m.id;
+    made.normal = pair.bodyAFromFirst.rotation * (pair.swapped ? Vec3d(-m.normal) : m.normal);
+    made.count = m.count;
+    for (int k = 0; k < m.count; ++k) {
+        const ContactPoint& from = m.points[static_cast<std::size_t>(k)];
+        ContactPoint& to = made.points[static_cast<std::size_t>(k)];
+        to.onA = pair.bodyAFromFirst * (pair.swapped ? from.onB : from.onA);
+        to.onB = pair.bodyBFromFirst * (pair.swapped ? from.onA : from.onB);
+        to.separation = from.separation;
+        to.feature = from.feature;
+    }
+    return made;
+}
+
 }  // namespace
 
 void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
@@ -168,55 +232,18 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
             }
             const Frame poseB = frameOf(b[j].pose);
             const Frame bodyAFromFirst = swapped ? bodies * poseB : poseA;
-            const Frame firstFromSecond =
-                swapped ? bodyAFromFirst.inverse() * poseA : poseA.inverse() * (bodies * poseB);
-            const Frame bodyBFromFirst = swapped ? poseB : bodiesBack * poseA;
-
+            const OrderedPair pair{
+                .first = first,
+                .second = second,
+                .swapped = swapped,
+                .firstFromSecond = swapped ? bodyAFromFirst.inverse() * poseA : poseA.inverse() * (bodies * poseB),
+                .bodyAFromFirst = bodyAFromFirst,
+                .bodyBFromFirst = swapped ? poseB : bodiesBack * poseA};
             PairCache::Entry& entry = entryOf(cache, i, j, cursor);
-            Memory memory;
-            if (entry.normal.squaredNorm() > 0.5) {
-                memory.normal = bodyAFromFirst.rotation.transpose() * entry.normal;
-                if (swapped) {
-                    memory.normal = -memory.normal;
-                }
-            }
-            if (entry.reference >= 0) {
-                memory.reference = static_cast<std::int8_t>(swapped ? 1 - entry.reference : entry.reference);
-            }
-
-            std::vector<WorkManifold>& manifolds = manifoldsOfThread();
-            manifolds.clear();
-            bool failed = false;
-            try {
-                ask(first, second, firstFromSecond, margin, memory, counts, manifolds);
-            } catch (const std::exception&) {
-                failed = true;
-            }
-            failed = failed || !std::ranges::all_of(manifolds, isSound);
-            if (failed) {
-                ++counts.repairedFailures;
-                manifolds.assign(1, WorkManifold{});
-                if (!repair(first, second, firstFromSecond, margin, memory, manifolds.front())) {
-                    manifolds.clear();
-                }
-            }
+            const std::vector<WorkManifold>& manifolds = answer(pair, margin, recall(entry, pair), counts);
             entry.normal.setZero();
             for (const WorkManifold& m : manifolds) {
-                Manifold& made = out.emplace_back();
-                made.shapeA = i;
-                made.shapeB = j;
-                made.id = m.id;
-                made.normal = bodyAFromFirst.rotation * (swapped ? Vec3d(-m.normal) : m.normal);
-                made.count = m.count;
-                for (int k = 0; k < m.count; ++k) {
-                    const ContactPoint& from = m.points[static_cast<std::size_t>(k)];
-                    ContactPoint& to = made.points[static_cast<std::size_t>(k)];
-                    to.onA = bodyAFromFirst * (swapped ? from.onB : from.onA);
-                    to.onB = bodyBFromFirst * (swapped ? from.onA : from.onB);
-                    to.separation = from.separation;
-                    to.feature = from.feature;
-                }
-                entry.normal = made.normal;
+                entry.normal = out.emplace_back(inBodies(m, pair, i, j)).normal;
                 if (m.reference >= 0) {
                     entry.reference = static_cast<std::int8_t>(swapped ? 1 - m.reference : m.reference);
                 }

@@ -440,6 +440,78 @@ void incidentOutline(const Convex& s, const Vec3d& n, std::vector<OutlineVertex>
     }
 }
 
+namespace {
+
+void fillBoxEdge(const Convex& s, const Vec3d& d, int& hint, EdgeFeature& f) {
+    const Vec3d corner = localSupport(s, d, hint);
+    int axis = 0;
+    const double cosine = d.cwiseAbs().minCoeff(&axis);
+    const auto idOf = [](const Vec3d& p) {
+        return (p.x() > 0 ? 1u : 0u) | (p.y() > 0 ? 2u : 0u) | (p.z() > 0 ? 4u : 0u);
+    };
+    f.points[0] = s.toWork(corner);
+    f.ids[0] = idOf(corner);
+    if (cosine < squareCosine) {
+        Vec3d p = corner;
+        p[axis] = s.size[axis];
+        f.points[0] = s.toWork(p);
+        f.ids[0] = idOf(p);
+        p[axis] = -s.size[axis];
+        f.points[1] = s.toWork(p);
+        f.ids[1] = idOf(p);
+        f.count = 2;
+    }
+}
+
+void fillHullEdge(const Convex& s, const Vec3d& d, int& hint, EdgeFeature& f) {
+    const Vec3d corner = localSupport(s, d, hint);
+    const int at = hint;
+    f.points[0] = s.toWork(corner);
+    f.ids[0] = static_cast<std::uint32_t>(at);
+    double best = squareCosine;
+    int other = -1;
+    for (const int next : s.hull->neighbours[static_cast<std::size_t>(at)]) {
+        const Vec3d edge = s.hull->vertices[static_cast<std::size_t>(next)] - corner;
+        const double cosine = std::abs(edge.dot(d)) / edge.norm();
+        if (cosine < best) {
+            best = cosine;
+            other = next;
+        }
+    }
+    if (other >= 0) {
+        f.points[1] = s.toWork(s.hull->vertices[static_cast<std::size_t>(other)]);
+        f.ids[1] = static_cast<std::uint32_t>(other);
+        f.count = 2;
+    }
+}
+
+void fillTriangleEdge(const Convex& s, const Vec3d& n, EdgeFeature& f) {
+    double best = -1e300;
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double dot = s.corners[k].dot(n);
+        if (dot > best) {
+            best = dot;
+            at = k;
+        }
+    }
+    f.points[0] = s.corners[at];
+    f.ids[0] = static_cast<std::uint32_t>(at);
+    double bestCosine = squareCosine;
+    for (std::size_t step = 1; step < 3; ++step) {
+        const std::size_t k = (at + step) % 3;
+        const double cosine = std::abs((s.corners[k] - s.corners[at]).normalized().dot(n));
+        if (cosine < bestCosine) {
+            bestCosine = cosine;
+            f.points[1] = s.corners[k];
+            f.ids[1] = static_cast<std::uint32_t>(k);
+            f.count = 2;
+        }
+    }
+}
+
+}  // namespace
+
 EdgeFeature edgeAlong(const Convex& s, const Vec3d& n, int& hint) {
     EdgeFeature f;
     const Vec3d d = s.turnToShape(n);
@@ -453,49 +525,12 @@ EdgeFeature edgeAlong(const Convex& s, const Vec3d& n, int& hint) {
             }
             f.ids[0] = d.y() > 0 ? 1 : 2;
             break;
-        case ShapeKind::Box: {
-            const Vec3d corner = localSupport(s, d, hint);
-            int axis = 0;
-            const double cosine = d.cwiseAbs().minCoeff(&axis);
-            const auto idOf = [](const Vec3d& p) {
-                return (p.x() > 0 ? 1u : 0u) | (p.y() > 0 ? 2u : 0u) | (p.z() > 0 ? 4u : 0u);
-            };
-            f.points[0] = s.toWork(corner);
-            f.ids[0] = idOf(corner);
-            if (cosine < squareCosine) {
-                Vec3d p = corner;
-                p[axis] = s.size[axis];
-                f.points[0] = s.toWork(p);
-                f.ids[0] = idOf(p);
-                p[axis] = -s.size[axis];
-                f.points[1] = s.toWork(p);
-                f.ids[1] = idOf(p);
-                f.count = 2;
-            }
+        case ShapeKind::Box:
+            fillBoxEdge(s, d, hint, f);
             return f;
-        }
-        case ShapeKind::Hull: {
-            const Vec3d corner = localSupport(s, d, hint);
-            const int at = hint;
-            f.points[0] = s.toWork(corner);
-            f.ids[0] = static_cast<std::uint32_t>(at);
-            double best = squareCosine;
-            int other = -1;
-            for (const int next : s.hull->neighbours[static_cast<std::size_t>(at)]) {
-                const Vec3d edge = s.hull->vertices[static_cast<std::size_t>(next)] - corner;
-                const double cosine = std::abs(edge.dot(d)) / edge.norm();
-                if (cosine < best) {
-                    best = cosine;
-                    other = next;
-                }
-            }
-            if (other >= 0) {
-                f.points[1] = s.toWork(s.hull->vertices[static_cast<std::size_t>(other)]);
-                f.ids[1] = static_cast<std::uint32_t>(other);
-                f.count = 2;
-            }
+        case ShapeKind::Hull:
+            fillHullEdge(s, d, hint, f);
             return f;
-        }
         case ShapeKind::Cylinder: {
             const Vec3d u = radial(d);
             if (std::abs(d.y()) < squareCosine) {
@@ -524,31 +559,9 @@ EdgeFeature edgeAlong(const Convex& s, const Vec3d& n, int& hint) {
             f.ids[0] = tip.dot(d) > rim.dot(d) ? apex : bottomRim + extremeRim;
             break;
         }
-        case ShapeKind::Mesh: {
-            double best = -1e300;
-            std::size_t at = 0;
-            for (std::size_t k = 0; k < 3; ++k) {
-                const double dot = s.corners[k].dot(n);
-                if (dot > best) {
-                    best = dot;
-                    at = k;
-                }
-            }
-            f.points[0] = s.corners[at];
-            f.ids[0] = static_cast<std::uint32_t>(at);
-            double bestCosine = squareCosine;
-            for (std::size_t step = 1; step < 3; ++step) {
-                const std::size_t k = (at + step) % 3;
-                const double cosine = std::abs((s.corners[k] - s.corners[at]).normalized().dot(n));
-                if (cosine < bestCosine) {
-                    bestCosine = cosine;
-                    f.points[1] = s.corners[k];
-                    f.ids[1] = static_cast<std::uint32_t>(k);
-                    f.count = 2;
-                }
-            }
+        case ShapeKind::Mesh:
+            fillTriangleEdge(s, n, f);
             return f;
-        }
         default:
             f.ids[0] = 1;
             break;

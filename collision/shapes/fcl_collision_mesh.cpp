@@ -74,6 +74,100 @@ std::vector<int> weld(const std::vector<Vec3d>& vertices, double tolerance) {
     return welded;
 }
 
+const Vec3d& cornerOf(const TriangleMesh& mesh, std::size_t triangle, std::size_t k) {
+    return mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][k % 3])];
+}
+
+// The triangles with area, their vertices and their normals.
+TriangleMesh withArea(const TriangleMesh& given, double tolerance, std::vector<Vec3d>& normals) {
+    TriangleMesh kept;
+    std::vector<int> renumbered(given.vertices.size(), -1);
+    for (std::size_t t = 0; t < given.triangles.size(); ++t) {
+        const auto at = [&](std::size_t k) -> const Vec3d& { return cornerOf(given, t, k); };
+        const double longest = std::max({(at(1) - at(0)).norm(), (at(2) - at(1)).norm(), (at(0) - at(2)).norm()});
+        const Vec3d cross = (at(1) - at(0)).cross(at(2) - at(0));
+        if (cross.norm() <= tolerance * longest) {
+            continue;
+        }
+        normals.push_back(cross.normalized());
+        std::array<int, 3> triangle{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            int& index = renumbered[static_cast<std::size_t>(given.triangles[t][k])];
+            if (index < 0) {
+                index = static_cast<int>(kept.vertices.size());
+                kept.vertices.push_back(at(k));
+            }
+            triangle[k] = index;
+        }
+        kept.triangles.push_back(triangle);
+    }
+    if (kept.triangles.empty()) {
+        throw InputError("mesh.triangles", std::to_string(given.triangles.size()) + ", none with area",
+                         "give at least one triangle with area");
+    }
+    return kept;
+}
+
+// The side from vertex k to k + 1 of a triangle.
+struct Side {
+    int low, high;  // welded vertices
+    int triangle;
+    int k;
+    bool rising;  // runs from low to high
+
+    std::array<int, 2> edge() const { return {low, high}; }
+};
+
+// Those of one edge lie beside each other.
+std::vector<Side> sidesByEdge(const TriangleMesh& mesh, const std::vector<int>& welded) {
+    std::vector<Side> sides;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const int from = welded[static_cast<std::size_t>(mesh.triangles[t][k])];
+            const int to = welded[static_cast<std::size_t>(mesh.triangles[t][(k + 1) % 3])];
+            sides.push_back(
+                {std::min(from, to), std::max(from, to), static_cast<int>(t), static_cast<int>(k), from < to});
+        }
+    }
+    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+        return std::tie(a.low, a.high, a.triangle, a.k) < std::tie(b.low, b.high, b.triangle, b.k);
+    });
+    return sides;
+}
+
+// Bit 3 + k: an active edge, of any triangle, ends at corner k.
+void addSharpCorners(const TriangleMesh& mesh, const std::vector<int>& welded, std::vector<std::uint8_t>& activeEdges) {
+    std::vector<bool> isSharp(mesh.vertices.size(), false);  // by welded vertex
+    const auto weldedAt = [&](std::size_t t, std::size_t k) {
+        return static_cast<std::size_t>(welded[static_cast<std::size_t>(mesh.triangles[t][k % 3])]);
+    };
+    for (std::size_t t = 0; t < activeEdges.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            if ((activeEdges[t] >> k & 1u) != 0) {
+                isSharp[weldedAt(t, k)] = true;
+                isSharp[weldedAt(t, k + 1)] = true;
+            }
+        }
+    }
+    for (std::size_t t = 0; t < activeEdges.size(); ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            activeEdges[t] |= static_cast<std::uint8_t>(isSharp[weldedAt(t, k)] ? 8u << k : 0u);
+        }
+    }
+}
+
+void build(fcl::BVHModel<fcl::AABB<double>>& model, const TriangleMesh& mesh) {
+    std::vector<fcl::Triangle> indices;
+    for (const std::array<int, 3>& t : mesh.triangles) {
+        indices.emplace_back(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]),
+                             static_cast<std::size_t>(t[2]));
+    }
+    const bool built =
+        model.beginModel(static_cast<int>(indices.size()), static_cast<int>(mesh.vertices.size())) == fcl::BVH_OK &&
+        model.addSubModel(mesh.vertices, indices) == fcl::BVH_OK && model.endModel() == fcl::BVH_OK;
+    CAIRN_CHECK(built, "the triangle tree could not be built");
+}
+
 }  // namespace
 
 struct CollisionMesh::Tree {
@@ -82,63 +176,18 @@ struct CollisionMesh::Tree {
 
 CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique<Tree>()) {
     checkMesh(given);
-    const auto cornerOf = [](const std::vector<Vec3d>& vertices, const std::array<int, 3>& triangle,
-                             int k) -> const Vec3d& {
-        return vertices[static_cast<std::size_t>(triangle[static_cast<std::size_t>(k % 3)])];
-    };
     const double tolerance = weldTolerance * sizeOf(given.vertices);
-    std::vector<int> renumbered(given.vertices.size(), -1);
-    for (const std::array<int, 3>& triangle : given.triangles) {
-        const auto at = [&](int k) -> const Vec3d& { return cornerOf(given.vertices, triangle, k); };
-        const double longest = std::max({(at(1) - at(0)).norm(), (at(2) - at(1)).norm(), (at(0) - at(2)).norm()});
-        const Vec3d cross = (at(1) - at(0)).cross(at(2) - at(0));
-        if (cross.norm() <= tolerance * longest) {
-            continue;
-        }
-        normals_.push_back(cross.normalized());
-        std::array<int, 3> kept{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            int& index = renumbered[static_cast<std::size_t>(triangle[k])];
-            if (index < 0) {
-                index = static_cast<int>(triangles_.vertices.size());
-                triangles_.vertices.push_back(given.vertices[static_cast<std::size_t>(triangle[k])]);
-            }
-            kept[k] = index;
-        }
-        triangles_.triangles.push_back(kept);
-    }
-    if (triangles_.triangles.empty()) {
-        throw InputError("mesh.triangles", std::to_string(given.triangles.size()) + ", none with area",
-                         "give at least one triangle with area");
-    }
+    triangles_ = withArea(given, tolerance, normals_);
     bounds_ = {triangles_.vertices.front(), triangles_.vertices.front()};
     for (const Vec3d& vertex : triangles_.vertices) {
         bounds_ = {bounds_.min.cwiseMin(vertex), bounds_.max.cwiseMax(vertex)};
     }
-    const auto corner = [&](int triangle, int k) -> const Vec3d& {
-        return cornerOf(triangles_.vertices, triangles_.triangles[static_cast<std::size_t>(triangle)], k);
-    };
-
-    struct Side {
-        int low, high;  // welded vertices
-        int triangle;
-        int k;
-        bool rising;  // runs from low to high
-        std::array<int, 2> edge() const { return {low, high}; }
-    };
     const std::vector<int> welded = weld(triangles_.vertices, tolerance);
-    std::vector<Side> sides;
-    for (std::size_t t = 0; t < triangles_.triangles.size(); ++t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const int from = welded[static_cast<std::size_t>(triangles_.triangles[t][k])];
-            const int to = welded[static_cast<std::size_t>(triangles_.triangles[t][(k + 1) % 3])];
-            sides.push_back(
-                {std::min(from, to), std::max(from, to), static_cast<int>(t), static_cast<int>(k), from < to});
-        }
-    }
-    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-        return std::tie(a.low, a.high, a.triangle, a.k) < std::tie(b.low, b.high, b.triangle, b.k);
-    });
+    const std::vector<Side> sides = sidesByEdge(triangles_, welded);
+    const auto corner = [&](const Side& side, std::size_t further) -> const Vec3d& {
+        return cornerOf(triangles_, static_cast<std::size_t>(side.triangle),
+                        static_cast<std::size_t>(side.k) + further);
+    };
     activeEdges_.assign(triangles_.triangles.size(), 7);
     for (std::size_t i = 0; i < sides.size();) {
         std::size_t end = i + 1;
@@ -151,8 +200,8 @@ CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique
         if (isShared) {
             const Side& a = sides[i];
             const Side& b = sides[i + 1];
-            const Vec3d& onEdge = corner(a.triangle, a.k);
-            const Vec3d& opposite = corner(b.triangle, b.k + 2);
+            const Vec3d& onEdge = corner(a, 0);
+            const Vec3d& opposite = corner(b, 2);
             const bool concave = normal(a.triangle).dot(opposite - onEdge) > tolerance;
             if (concave || normal(a.triangle).dot(normal(b.triangle)) > cosFlat) {
                 for (const Side& side : {a, b}) {
@@ -163,36 +212,8 @@ CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique
         }
         i = end;
     }
-
-    std::vector<bool> isSharp(triangles_.vertices.size(), false);  // by welded vertex
-    const auto weldedAt = [&](std::size_t t, std::size_t k) {
-        return static_cast<std::size_t>(welded[static_cast<std::size_t>(triangles_.triangles[t][k % 3])]);
-    };
-    for (std::size_t t = 0; t < activeEdges_.size(); ++t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            if (edgeIsActive(static_cast<int>(t), static_cast<int>(k))) {
-                isSharp[weldedAt(t, k)] = true;
-                isSharp[weldedAt(t, k + 1)] = true;
-            }
-        }
-    }
-    for (std::size_t t = 0; t < activeEdges_.size(); ++t) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            activeEdges_[t] |= static_cast<std::uint8_t>(isSharp[weldedAt(t, k)] ? 8u << k : 0u);
-        }
-    }
-
-    std::vector<fcl::Triangle> indices;
-    for (const std::array<int, 3>& t : triangles_.triangles) {
-        indices.emplace_back(static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]),
-                             static_cast<std::size_t>(t[2]));
-    }
-    auto& model = tree_->model;
-    const bool built = model.beginModel(static_cast<int>(indices.size()),
-                                        static_cast<int>(triangles_.vertices.size())) == fcl::BVH_OK &&
-                       model.addSubModel(triangles_.vertices, indices) == fcl::BVH_OK &&
-                       model.endModel() == fcl::BVH_OK;
-    CAIRN_CHECK(built, "the triangle tree could not be built");
+    addSharpCorners(triangles_, welded, activeEdges_);
+    build(tree_->model, triangles_);
 }
 
 CollisionMesh::~CollisionMesh() = default;

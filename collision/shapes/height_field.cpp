@@ -75,27 +75,46 @@ std::string text(double value) {
     return buffer;
 }
 
-}  // namespace
-
-HeightField::HeightField(int columns, int rows, std::vector<double> heights, double cellSize)
-    : columns_(columns), rows_(rows), cell_(cellSize), heights_(std::move(heights)) {
+void requireGrid(int columns, int rows, const std::vector<double>& heights, double cellSize) {
     if (columns < 2 || rows < 2 || columns > 30000 || rows > 30000) {
         throw InputError("heightfield", std::to_string(rows) + " rows of " + std::to_string(columns),
                          "give at least two rows of at least two heights, and no more than 30000 of either");
     }
-    if (heights_.size() != static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {
-        throw InputError("heightfield.heights", std::to_string(heights_.size()) + " of them",
+    if (heights.size() != static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {
+        throw InputError("heightfield.heights", std::to_string(heights.size()) + " of them",
                          "give " + std::to_string(columns) + " for each of the " + std::to_string(rows) + " rows");
     }
     if (!std::isfinite(cellSize) || cellSize < minShapeSize()) {
         throw InputError("heightfield.cellSize", text(cellSize), "give at least " + text(minShapeSize()) + " m");
     }
-    for (std::size_t i = 0; i < heights_.size(); ++i) {
-        if (std::isinf(heights_[i])) {
-            throw InputError("heightfield.heights[" + std::to_string(i) + "]", text(heights_[i]),
+    for (std::size_t i = 0; i < heights.size(); ++i) {
+        if (std::isinf(heights[i])) {
+            throw InputError("heightfield.heights[" + std::to_string(i) + "]", text(heights[i]),
                              "give a finite height in m, or NaN for a hole");
         }
     }
+}
+
+// The triangle across an edge, or -1.
+int across(int triangle, int edge, int cellsX, int cellsZ) {
+    const int cell = triangle / 2;
+    const int column = cell % cellsX;
+    const int row = cell / cellsX;
+    const bool second = triangle % 2 == 1;
+    if (second ? edge == 0 : edge == 1) {
+        return second ? triangle - 1 : triangle + 1;
+    }
+    if (!second) {
+        return edge == 0 ? (column > 0 ? triangle - 1 : -1) : (row > 0 ? triangle - 2 * cellsX + 1 : -1);
+    }
+    return edge == 1 ? (row + 1 < cellsZ ? triangle + 2 * cellsX - 1 : -1) : (column + 1 < cellsX ? triangle + 1 : -1);
+}
+
+}  // namespace
+
+HeightField::HeightField(int columns, int rows, std::vector<double> heights, double cellSize)
+    : columns_(columns), rows_(rows), cell_(cellSize), heights_(std::move(heights)) {
+    requireGrid(columns, rows, heights_, cellSize);
     const int cellsX = columns_ - 1;
     const int cellsZ = rows_ - 1;
     tilesX_ = (cellsX + tileCells - 1) / tileCells;
@@ -121,21 +140,6 @@ HeightField::HeightField(int columns, int rows, std::vector<double> heights, dou
         throw InputError("heightfield.heights", "holes only", "give at least three neighbouring heights");
     }
 
-    // The triangle across an edge, or -1.
-    const auto across = [&](int triangle, int edge) {
-        const int cell = triangle / 2;
-        const int column = cell % cellsX;
-        const int row = cell / cellsX;
-        const bool second = triangle % 2 == 1;
-        if (second ? edge == 0 : edge == 1) {
-            return second ? triangle - 1 : triangle + 1;
-        }
-        if (!second) {
-            return edge == 0 ? (column > 0 ? triangle - 1 : -1) : (row > 0 ? triangle - 2 * cellsX + 1 : -1);
-        }
-        return edge == 1 ? (row + 1 < cellsZ ? triangle + 2 * cellsX - 1 : -1)
-                         : (column + 1 < cellsX ? triangle + 1 : -1);
-    };
     const auto normal = [&](int triangle) {
         const auto v = vertices(triangle);
         const Vec3d origin = vertex(v[0]);
@@ -150,7 +154,7 @@ HeightField::HeightField(int columns, int rows, std::vector<double> heights, dou
         const Vec3d n = normal(triangle);
         const auto v = vertices(triangle);
         for (int edge = 0; edge < 3; ++edge) {
-            const int other = across(triangle, edge);
+            const int other = across(triangle, edge, cellsX, cellsZ);
             bool isActive = true;
             if (other >= 0 && isThere(other)) {
                 const Vec3d onEdge = vertex(v[static_cast<std::size_t>(edge)]);
