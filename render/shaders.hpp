@@ -4,7 +4,7 @@
 
 namespace cairn::shaders {
 
-// Mirrors FrameBlock in renderer.cpp (std140).
+// Mirrors FrameBlock in frame.hpp (std140).
 inline constexpr const char* frame = R"(#version 330 core
 layout(std140) uniform Frame {
     mat4 viewProjection;
