@@ -243,6 +243,49 @@ struct Part {
     double excess() const { return hull - solid; }
 };
 
+using FlatFaces = std::array<std::vector<double>, 3>;  // by axis, as flatFaces() sorts them
+
+std::vector<double> cutsAcross(const Aabb& box, int axis, const FlatFaces& faces, double cell) {
+    const double low = box.min[axis];
+    const double high = box.max[axis];
+    std::vector<double> cuts;
+    for (int k = 1; k <= evenCuts; ++k) {
+        cuts.push_back(low + (high - low) * k / (evenCuts + 1));
+    }
+    for (const double place : faces[static_cast<std::size_t>(axis)]) {
+        if (place > low + 0.5 * cell && place < high - 0.5 * cell && cuts.size() < evenCuts + faceCuts) {
+            cuts.push_back(place);
+        }
+    }
+    return cuts;
+}
+
+// The two boxes of a part that leave the least hull, or its halves across the longest side where no single cut gains
+// anything (a ring).
+std::pair<Aabb, Aabb> bestCut(const Part& part, const Cells& cells, const FlatFaces& faces, double meshVolume) {
+    int longest = 0;
+    (part.box.max - part.box.min).maxCoeff(&longest);
+    Aabb left = part.box;
+    Aabb right = part.box;
+    left.max[longest] = right.min[longest] = 0.5 * (left.min[longest] + left.max[longest]);
+    double best = part.hull - gain * meshVolume;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const double place : cutsAcross(part.box, axis, faces, cells.size())) {
+            Aabb a = part.box;
+            Aabb b = part.box;
+            a.max[axis] = place;
+            b.min[axis] = place;
+            const double both = convexHullVolume(cells.corners(a)) + convexHullVolume(cells.corners(b));
+            if (both < best) {
+                best = both;
+                left = a;
+                right = b;
+            }
+        }
+    }
+    return {left, right};
+}
+
 void requireRange(const char* field, double value, double min, double max) {
     if (!(value >= min && value <= max)) {
         throw InputError(std::string("decomposition.") + field, std::to_string(value),
@@ -269,7 +312,7 @@ Decomposition decompose(const TriangleMesh& given, const DecompositionDef& def) 
                          "wind its triangles counter-clockwise seen from outside around a solid");
     }
     const Cells cells(triangles, box, def.resolution);
-    std::array<std::vector<double>, 3> faces;
+    FlatFaces faces;
     for (int axis = 0; axis < 3; ++axis) {
         faces[static_cast<std::size_t>(axis)] = flatFaces(triangles, axis, 1e-3 * cells.size());
     }
@@ -291,39 +334,7 @@ Decomposition decompose(const TriangleMesh& given, const DecompositionDef& def) 
         }
         const auto worst = std::max_element(parts.begin(), parts.end(),
                                             [](const Part& a, const Part& b) { return a.excess() < b.excess(); });
-        // The middle of its longest side, where no single cut gains anything (a ring).
-        int longest = 0;
-        (worst->box.max - worst->box.min).maxCoeff(&longest);
-        Aabb left = worst->box;
-        Aabb right = worst->box;
-        left.max[longest] = right.min[longest] = 0.5 * (left.min[longest] + left.max[longest]);
-        double best = worst->hull - gain * out.meshVolume;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double low = worst->box.min[axis];
-            const double high = worst->box.max[axis];
-            std::vector<double> cuts;
-            for (int k = 1; k <= evenCuts; ++k) {
-                cuts.push_back(low + (high - low) * k / (evenCuts + 1));
-            }
-            for (const double place : faces[static_cast<std::size_t>(axis)]) {
-                if (place > low + 0.5 * cells.size() && place < high - 0.5 * cells.size() &&
-                    cuts.size() < evenCuts + faceCuts) {
-                    cuts.push_back(place);
-                }
-            }
-            for (const double place : cuts) {
-                Aabb a = worst->box;
-                Aabb b = worst->box;
-                a.max[axis] = place;
-                b.min[axis] = place;
-                const double both = convexHullVolume(cells.corners(a)) + convexHullVolume(cells.corners(b));
-                if (both < best) {
-                    best = both;
-                    left = a;
-                    right = b;
-                }
-            }
-        }
+        const auto [left, right] = bestCut(*worst, cells, faces, out.meshVolume);
         Part a = makePart(left);
         Part b = makePart(right);
         *worst = std::move(a);
