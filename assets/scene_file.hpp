@@ -185,10 +185,10 @@ inline std::optional<Complaint> validate(const WorldFields& w) {
     return validate(w.def);
 }
 
-inline constexpr double leastHalfLength = 0.5 * minShapeSize();
+inline constexpr double minHalfLength = 0.5 * minShapeSize();
 
 inline constexpr Rule lengthRule(const char* text) {
-    return {.text = text, .min = leastHalfLength, .required = true};
+    return {.text = text, .min = minHalfLength, .required = true};
 }
 
 template <class A>

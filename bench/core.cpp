@@ -52,11 +52,11 @@ std::string label(const Case& c) {
     return text + (c.floats ? " float" : "");
 }
 
-// One row for each number of threads, its best of `iterations`, taken in turns so that what disturbs the machine for a
+// One row for each number of threads, the best of its `repeats`, taken in turns so that what disturbs the machine for a
 // while disturbs all alike.
 std::vector<Row> measureRows(Case c, const std::vector<int>& threads, int repeats) {
     std::vector<Row> rows(threads.size());
-    for (int round = 0; round < repeats; ++round) {
+    for (int repeat = 0; repeat < repeats; ++repeat) {
         for (std::size_t i = 0; i < threads.size(); ++i) {
             c.threads = threads[i];
             const std::optional<Outcome> out = measure(c);
@@ -64,7 +64,7 @@ std::vector<Row> measureRows(Case c, const std::vector<int>& threads, int repeat
                 std::printf("%-26s failed\n", label(c).c_str());
                 return {};
             }
-            if (round == 0 || out->mean < rows[i].out.mean) {
+            if (repeat == 0 || out->mean < rows[i].out.mean) {
                 rows[i].run = c;
                 rows[i].out = *out;
             }
@@ -164,7 +164,7 @@ int run(int argc, char** argv) {
         ->delimiter(',')
         ->check(CLI::Range(1, 1024))
         ->capture_default_str();
-    app.add_option("--rounds", repeats, "runs of each, of which the best counts")
+    app.add_option("--repeats", repeats, "runs of each, of which the best counts")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app.add_option("--steps", steps, "in place of the scenes' own")->check(CLI::PositiveNumber);

@@ -47,7 +47,7 @@ struct Names {
     }
 };
 
-void requireLength(const Names& names, int i, const char* parameter, double least) {
+void requireLength(const Names& names, int i, const char* parameter, double min) {
     const double value = names.shape.size[i];
     const auto refuse = [&](const std::string& remedy) {
         throw InputError(names.ofSize(i, parameter), names.value(value, parameter), remedy);
@@ -58,9 +58,8 @@ void requireLength(const Names& names, int i, const char* parameter, double leas
     if (value <= 0) {
         refuse("give a positive length in m");
     }
-    if (value < least) {
-        refuse("give at least " + text(least) +
-               " m, or scale the scene up: contacts of thinner shapes are not reliable");
+    if (value < min) {
+        refuse("give at least " + text(min) + " m, or scale the scene up: contacts of thinner shapes are not reliable");
     }
 }
 

@@ -24,13 +24,13 @@ double volume(const Hull& hull) {
 
 // Of the points beyond the hull's planes, the farthest; < 0: all strictly inside.
 double farthestOutside(const Hull& hull, const std::vector<Vec3d>& points) {
-    double maxVertices = -1e300;
+    double largest = -1e300;
     for (const Vec3d& point : points) {
         for (const Hull::Face& face : hull.faces) {
-            maxVertices = std::max(maxVertices, face.normal.dot(point) - face.offset);
+            largest = std::max(largest, face.normal.dot(point) - face.offset);
         }
     }
-    return maxVertices;
+    return largest;
 }
 
 // Euler: V - E + F = 2.

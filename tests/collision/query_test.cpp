@@ -318,13 +318,13 @@ TEST(ShapeCast, TouchesAtItsFractionAndNotBefore) {
             for (int i = 0; i < 8; ++i) {
                 SCOPED_TRACE(std::string(name(shape.kind)) + " to " + name(target.kind) + " " + std::to_string(i));
                 const Posed start{3 * truth::randomDirection(random) + Vec3d(0, 3, 0), truth::randomTurn(random)};
-                const Vec3d direction = 1.5 * (uniformPoint(random, 0.8) - start.position);
+                const Vec3d displacement = 1.5 * (uniformPoint(random, 0.8) - start.position);
                 const auto distanceAt = [&](double t) {
-                    const auto near =
-                        closestPoints({&shape, 1}, {start.position + t * direction, start.rotation}, {&target, 1}, {});
+                    const auto near = closestPoints({&shape, 1}, {start.position + t * displacement, start.rotation},
+                                                    {&target, 1}, {});
                     return near ? near->distance : 1e300;
                 };
-                const auto hit = shapeCast({&shape, 1}, start, direction, {&target, 1}, {});
+                const auto hit = shapeCast({&shape, 1}, start, displacement, {&target, 1}, {});
                 const double end = hit ? hit->fraction : 1;
                 if (hit && hit->fraction == 0) {
                     EXPECT_LE(distanceAt(0), 1.1e-5);
@@ -338,7 +338,7 @@ TEST(ShapeCast, TouchesAtItsFractionAndNotBefore) {
                     EXPECT_TRUE(hit->isExact);
                     EXPECT_NEAR(distanceAt(end), 0, 2e-5);
                     worst = std::max(worst, std::abs(distanceAt(end)));
-                    EXPECT_GT(hit->normal.dot(direction), 0);
+                    EXPECT_GT(hit->normal.dot(displacement), 0);
                     EXPECT_NEAR(pointDistance({&target, 1}, {}, hit->point)->distance, 0, 2e-5);
                 } else {
                     EXPECT_GT(distanceAt(1), 0);

@@ -166,12 +166,12 @@ TEST(BadInput, ShapesOfQueries) {
     const WorldQuery query = world.query();
     const std::vector<Shape> good = {unitBox()};
     const auto refusedByAll = [&](const std::string& field, const Probe& probe) {
-        const Vec3d way(0, -1, 0);
+        const Vec3d displacement(0, -1, 0);
         const std::vector<Probe> probes(40, probe);
-        const std::vector<ProbeCast> casts(40, ProbeCast{probe, way});
-        expectRefused("probe." + field, [&] { query.shapeCast(probe, way); });
-        expectRefused("probe." + field, [&] { query.shapeCastAll(probe, way); });
-        expectRefused("probe." + field, [&] { query.shapeCastHits(probe, way); });
+        const std::vector<ProbeCast> casts(40, ProbeCast{probe, displacement});
+        expectRefused("probe." + field, [&] { query.shapeCast(probe, displacement); });
+        expectRefused("probe." + field, [&] { query.shapeCastAll(probe, displacement); });
+        expectRefused("probe." + field, [&] { query.shapeCastHits(probe, displacement); });
         expectRefused("probe." + field, [&] { query.overlapping(probe); });
         expectRefused("probe." + field, [&] { query.closest(probe); });
         expectRefused("casts[0].probe." + field, [&] { query.shapeCasts(casts); });
@@ -486,7 +486,7 @@ TEST(BadInput, StaleAndNullIds) {
 TEST(BadInput, IdsOfManyWorlds) {
     std::vector<BodyId> ids;
     std::vector<Worldd> worlds(20);
-    for (int round = 0; round < 50; ++round) {
+    for (int iteration = 0; iteration < 50; ++iteration) {
         for (Worldd& world : worlds) {
             ids.push_back(world.add({.type = BodyType::Static}));
             world.remove(ids.back());

@@ -62,7 +62,7 @@ void expectTruth(const Heap<S>& heap, TestRandom& random, int questions) {
         const Ray ray = anyRay(random);
         const Probe probe{{&probes[static_cast<std::size_t>(q) % 3], 1},
                           {Vec3d(0, 2, 0) + random.vector(3), random.rotation()}};
-        const Vec3d direction = 6 * random.direction();
+        const Vec3d displacement = 6 * random.direction();
         std::vector<OfBody<RayHit>> hits;
         std::vector<OfBody<Impact>> casts;
         std::vector<BodyId> overlapped;
@@ -76,7 +76,7 @@ void expectTruth(const Heap<S>& heap, TestRandom& random, int questions) {
             if (const auto hit = rayCast(shapes, heap.pose(id), ray)) {
                 hits.push_back({*hit, id});
             }
-            if (const auto hit = shapeCast(probe.shapes, probe.pose, direction, shapes, heap.pose(id))) {
+            if (const auto hit = shapeCast(probe.shapes, probe.pose, displacement, shapes, heap.pose(id))) {
                 casts.push_back({*hit, id});
             }
             if (overlaps(probe.shapes, probe.pose, shapes, heap.pose(id))) {
@@ -104,7 +104,7 @@ void expectTruth(const Heap<S>& heap, TestRandom& random, int questions) {
         if (first) {
             EXPECT_EQ(first->body, nearest->body);
         }
-        const auto castAll = query.shapeCastAll(probe, direction, filter);
+        const auto castAll = query.shapeCastAll(probe, displacement, filter);
         ASSERT_EQ(castAll.size(), casts.size());
         for (std::size_t k = 0; k < casts.size(); ++k) {
             EXPECT_EQ(castAll[k].body, casts[k].body);
@@ -112,9 +112,9 @@ void expectTruth(const Heap<S>& heap, TestRandom& random, int questions) {
         }
         const auto earliest = std::min_element(casts.begin(), casts.end(),
                                                [](const auto& a, const auto& b) { return a.fraction < b.fraction; });
-        const auto cast = query.shapeCast(probe, direction, filter);
+        const auto cast = query.shapeCast(probe, displacement, filter);
         ASSERT_EQ(cast.has_value(), !casts.empty());
-        EXPECT_EQ(query.shapeCastHits(probe, direction, filter), !casts.empty());
+        EXPECT_EQ(query.shapeCastHits(probe, displacement, filter), !casts.empty());
         if (cast) {
             EXPECT_EQ(cast->body, earliest->body);
         }
