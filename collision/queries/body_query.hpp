@@ -1,5 +1,5 @@
 #pragma once
-// Questions to many bodies at once: the broad phase finds who is in question, the functions of queries.hpp and
+// Questions to many bodies at once: the broad phase finds who is in question, the functions of shape_query.hpp and
 // time_of_impact.hpp answer. Everything is const and needs no scratch: call it from as many threads as you like while
 // no body is moved. Answers are the same on every run: of equal ones the lowest id, lists in rising order of ids.
 #include <cairn/shape_query.hpp>

@@ -9,7 +9,7 @@ namespace cairn {
 
 class CollisionMesh {
 public:
-    explicit CollisionMesh(const TriangleMesh& triangles);  // throws InputError, see mesh() in shape.hpp
+    explicit CollisionMesh(const TriangleMesh& triangles);  // throws InputError, see mesh() in shapes.hpp
     ~CollisionMesh();
 
     const TriangleMesh& triangles() const { return triangles_; }  // those with area, and their vertices

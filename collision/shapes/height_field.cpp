@@ -12,7 +12,7 @@ namespace {
 
 // Cells along a side of a tile: 64 cells share one pair of heights, 2 % of the memory of the heights.
 constexpr int tileCells = 8;
-// As in collision_mesh.cpp: convex edges flatter than a degree are no obstacle.
+// As in fcl_collision_mesh.cpp: convex edges flatter than a degree are no obstacle.
 const double cosFlat = std::cos(std::numbers::pi / 180);
 constexpr double infinity = std::numeric_limits<double>::infinity();
 

@@ -20,7 +20,7 @@ struct Hull {
     Vec3d centre = Vec3d::Zero();              // mean of the vertices: strictly inside
 };
 
-// Checks and completes a closed convex polyhedron; see hull() in shape.hpp for what is asked of it. Coplanar
+// Checks and completes a closed convex polyhedron; see hull() in shapes.hpp for what is asked of it. Coplanar
 // neighbouring faces (a box cut into triangles) become one face, so that contacts are clipped against the whole of it;
 // vertices that are then no corner are left out.
 Hull makeHull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces);
