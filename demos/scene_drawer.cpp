@@ -30,6 +30,50 @@ std::vector<double> worstErrors(const Simulation& simulation) {
     return worst;
 }
 
+// Strings and rods have no body of their own: without a line they would not be seen.
+void addStrings(const Simulation& simulation, const Scene& scene, DrawScene& drawing) {
+    for (const SceneJoint& joint : scene.joints) {
+        if (const auto* string = std::get_if<DistanceDef>(&joint.def)) {
+            const auto end = [&](BodyId id, const Vec3d& anchor) -> Vec3f {
+                const BodyDef& body = scene.bodies[id.index];
+                const Posed start{body.position, body.rotation};
+                return (simulation.pose(id.index) * (start.inverse() * anchor)).cast<float>();
+            };
+            drawing.lines.push_back(
+                {end(string->a, string->anchorA), end(string->b, string->anchorB), {0.15f, 0.15f, 0.17f, 1}, 2, false});
+        }
+    }
+}
+
+void addContacts(const Simulation& simulation, bool normals, DrawScene& drawing) {
+    const Colour red{0.85f, 0.1f, 0.1f, 1};
+    for (const ContactView& contact : simulation.contacts()) {
+        if (normals) {
+            addContact(drawing, contact.point.cast<float>(), contact.normal.cast<float>(), 0.25f, red);
+        } else {
+            drawing.points.push_back({contact.point.cast<float>(), red});
+        }
+    }
+}
+
+void addJoints(const Simulation& simulation, const Scene& scene, DrawScene& drawing) {
+    const Colour blue{0.1f, 0.25f, 0.8f, 1};
+    for (const JointView& joint : simulation.jointViews()) {
+        if (simulation.indexOf(joint.id) >= scene.joints.size()) {
+            continue;  // the inside of a deformable
+        }
+        const Vec3d a = joint.frameA.position;
+        const Vec3d b = joint.frameB.position;
+        const Vec3d axis = 0.1 * (joint.frameA.rotation * Vec3d::UnitX());
+        drawing.points.push_back({a.cast<float>(), blue});
+        drawing.lines.push_back({(a - axis).cast<float>(), (a + axis).cast<float>(), blue});
+        // A string's two ends are meant to be apart.
+        if (!std::holds_alternative<DistanceDef>(scene.joints[simulation.indexOf(joint.id)].def)) {
+            drawing.lines.push_back({a.cast<float>(), b.cast<float>(), {0.9f, 0.2f, 0.7f, 1}, 3});
+        }
+    }
+}
+
 }  // namespace
 
 Overlay parseOverlay(const std::vector<std::string>& words) {
@@ -128,45 +172,12 @@ DrawScene SceneDrawer::draw(const Simulation& simulation, const Scene& scene, co
         drawing.instances.push_back({surfaces_.back(), Posef(), colour});
     }
 
-    // Strings and rods have no body of their own: without a line they would not be seen.
-    for (const SceneJoint& joint : scene.joints) {
-        if (const auto* string = std::get_if<DistanceDef>(&joint.def)) {
-            const auto end = [&](BodyId id, const Vec3d& anchor) -> Vec3f {
-                const BodyDef& body = scene.bodies[id.index];
-                const Posed start{body.position, body.rotation};
-                return (simulation.pose(id.index) * (start.inverse() * anchor)).cast<float>();
-            };
-            drawing.lines.push_back(
-                {end(string->a, string->anchorA), end(string->b, string->anchorB), {0.15f, 0.15f, 0.17f, 1}, 2, false});
-        }
-    }
-
+    addStrings(simulation, scene, drawing);
     if (overlay.contacts || overlay.normals) {
-        const Colour red{0.85f, 0.1f, 0.1f, 1};
-        for (const ContactView& contact : simulation.contacts()) {
-            if (overlay.normals) {
-                addContact(drawing, contact.point.cast<float>(), contact.normal.cast<float>(), 0.25f, red);
-            } else {
-                drawing.points.push_back({contact.point.cast<float>(), red});
-            }
-        }
+        addContacts(simulation, overlay.normals, drawing);
     }
     if (overlay.joints) {
-        const Colour blue{0.1f, 0.25f, 0.8f, 1};
-        for (const JointView& joint : simulation.jointViews()) {
-            if (simulation.indexOf(joint.id) >= scene.joints.size()) {
-                continue;  // the inside of a deformable
-            }
-            const Vec3d a = joint.frameA.position;
-            const Vec3d b = joint.frameB.position;
-            const Vec3d axis = 0.1 * (joint.frameA.rotation * Vec3d::UnitX());
-            drawing.points.push_back({a.cast<float>(), blue});
-            drawing.lines.push_back({(a - axis).cast<float>(), (a + axis).cast<float>(), blue});
-            // A string's two ends are meant to be apart.
-            if (!std::holds_alternative<DistanceDef>(scene.joints[simulation.indexOf(joint.id)].def)) {
-                drawing.lines.push_back({a.cast<float>(), b.cast<float>(), {0.9f, 0.2f, 0.7f, 1}, 3});
-            }
-        }
+        addJoints(simulation, scene, drawing);
     }
     return drawing;
 }
