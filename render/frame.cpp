@@ -82,6 +82,7 @@ struct LightBox {
 // Fits the casters in, but for those far larger than the rest; answers how far along the line of sight they reach.
 float fitCasters(const std::vector<Ball>& casters, const Vec3f& eye, const View& view, LightBox& box) {
     std::vector<float> radii;
+    radii.reserve(casters.size());
     for (const Ball& ball : casters) {
         radii.push_back(ball.radius);
     }
