@@ -174,12 +174,14 @@ void eachChange(const Visit& visit) {
     one("gyroscopicInertia", [](SolverDef& d) { d.gyroscopicInertia = true; });
 }
 
+struct Names {
+    std::set<std::string>& names;
+    void field(const char* name, const auto& /*value*/, const FieldRule& /*rule*/) { names.insert(name); }
+};
+
 TEST(Fields, SolversNameFieldsThatThereAre) {
     std::set<std::string> known;
-    struct Names {
-        std::set<std::string>& names;
-        void field(const char* name, const auto&, const FieldRule&) { names.insert(name); }
-    } names{known};
+    Names names{known};
     SolverDef def;
     describe(names, def);
     std::set<std::string> taken = {"name"};
