@@ -95,7 +95,7 @@ void print(const Row& row) {
     const Outcome& o = row.out;
     std::printf("%-26s %3d %7d %8d %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %7.2f", label(row.run).c_str(),
                 row.run.threads, o.bodies, o.contacts, o.build, 1e3 * o.first, 1e3 * o.mean, 1e3 * o.median,
-                1e3 * o.p99, 1e3 * o.worst, 1e3 * o.late, 1e3 * o.min, row.bytesPerBody() / 1024);
+                1e3 * o.p99, 1e3 * o.worst, 1e3 * o.late, 1e3 * o.least, row.bytesPerBody() / 1024);
     const auto cell = [](int width, double x) {
         x < 0 ? std::printf(" %*s", width, "-") : std::printf(" %*.0f", width, x);
     };
@@ -126,7 +126,7 @@ void writeJson(std::FILE* file, const Row& row, bool last) {
     number("p99_ms", 1e3 * o.p99);
     number("worst_ms", 1e3 * o.worst);
     number("late_ms", 1e3 * o.late);
-    number("least_ms", 1e3 * o.min);
+    number("least_ms", 1e3 * o.least);
     number("speed_up", row.speedUp);
     number("bytes_per_body", row.bytesPerBody());
     number("bytes_per_point", row.bytesPerPoint(), row.apartMemory >= 0);

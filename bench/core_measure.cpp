@@ -134,7 +134,7 @@ void summarise(std::vector<double> steps, Outcome& out) {
     out.first = steps.front();
     const auto late = steps.end() - std::max<std::ptrdiff_t>(std::ssize(steps) / 4, 1);
     out.late = mean(late, steps.end());
-    out.min = *std::min_element(late, steps.end());
+    out.least = *std::min_element(late, steps.end());
     if (steps.size() > 1) {
         steps.erase(steps.begin());
     }

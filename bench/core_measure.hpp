@@ -21,7 +21,7 @@ struct Case {
 struct Outcome {
     int bodies, contacts, joints, flagged;
     // Of a step but for `build`. Of the last quarter of the steps: mean and least.
-    double build, first, mean, median, p99, worst, late, smallest;
+    double build, first, mean, median, p99, worst, late, least;
     double memory;            // bytes that the world made resident
     double allocations;       // a step of the last quarter; one thread only
     double penetration, gap;  // m, worst of the run: as reported; as the poses have it
