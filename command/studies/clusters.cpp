@@ -9,7 +9,7 @@ namespace cairn {
 
 namespace {
 
-using Problem = RowProblem<double>;
+using System = RowSystem<double>;
 
 constexpr double hardError = 1e-4;  // m, that a step corrects at most, as `direct` does
 
@@ -62,8 +62,8 @@ constexpr int warmSteps = 10;
 
 // The next step of a running scene as one island, and its problem.
 struct Step {
-    Island<double> island;
-    Problem problem;
+    Problem<double> problem;
+    System system;
     int moving = 0;
 
     Step(const Running& running, const Scene& scene) {
@@ -75,17 +75,17 @@ struct Step {
         for (const JointView& view : running.world.jointViews()) {
             addRod(view, placeOf.at(view.a.index), placeOf.at(view.b.index), scene);
         }
-        island.jointBlocks = static_cast<int>(island.blocks.size());
+        problem.jointBlocks = static_cast<int>(problem.blocks.size());
         for (const ContactView& view : running.world.contacts()) {
             addContact(view, placeOf.at(view.a.index), placeOf.at(view.b.index), scene);
         }
-        island.respond();
-        fillProblem(scene.dt);
+        problem.respond();
+        fillSystem(scene.dt);
     }
 
 private:
     void addBody(const Worldd& world, BodyId id, const Scene& scene) {
-        SolverBody<double>& body = island.bodies.emplace_back();
+        SolverBody<double>& body = problem.bodies.emplace_back();
         const BodyDef& def = world.def(id);
         body.fixed = def.type != BodyType::Dynamic;
         body.particle = def.particle;
@@ -107,14 +107,14 @@ private:
     }
 
     void addContact(const ContactView& view, int a, int b, const Scene& scene) {
-        RowBlock<double>& block = island.blocks.emplace_back();
+        RowBlock<double>& block = problem.blocks.emplace_back();
         block.a = a;
         block.b = b;
-        block.first = static_cast<int>(island.rows.size());
+        block.first = static_cast<int>(problem.rows.size());
         block.kind = BlockKind::Contact;
         block.friction = combinedFriction(scene, a, b);
         block.staticFriction = block.friction;
-        RowWriter<double> writer(island.rows, block);
+        RowWriter<double> writer(problem.rows, block);
         const Vec3d armA = view.point - centre(a);
         const Vec3d armB = view.point - centre(b);
         const Vec3d across = view.normal.unitOrthogonal();
@@ -123,26 +123,26 @@ private:
         for (const Vec3d& t : {across, Vec3d(view.normal.cross(across))}) {
             writer.point(t, armA, armB, 0).lambda = force.dot(t);
         }
-        Row<double>& normal = island.rows[static_cast<std::size_t>(block.first)];
+        Row<double>& normal = problem.rows[static_cast<std::size_t>(block.first)];
         normal.lo = 0;
         for (int i = 1; i < 3; ++i) {
-            island.rows[static_cast<std::size_t>(block.first + i)].isVelocity = true;
+            problem.rows[static_cast<std::size_t>(block.first + i)].isVelocity = true;
         }
     }
 
     void addRod(const JointView& view, int a, int b, const Scene& scene) {
-        const double length = std::get<DistanceDef>(scene.joints[island.blocks.size()].def).upper;
-        RowBlock<double>& block = island.blocks.emplace_back();
+        const double length = std::get<DistanceDef>(scene.joints[problem.blocks.size()].def).upper;
+        RowBlock<double>& block = problem.blocks.emplace_back();
         block.a = a;
         block.b = b;
-        block.first = static_cast<int>(island.rows.size());
-        RowWriter<double> writer(island.rows, block);
+        block.first = static_cast<int>(problem.rows.size());
+        RowWriter<double> writer(problem.rows, block);
         const Vec3d gap = centre(b) - centre(a);
         const Vec3d n = gap.normalized();
         writer.particles(gap.norm() - length, -n, n).lambda = view.force.dot(n);
     }
 
-    const Vec3d& centre(int body) const { return island.bodies[static_cast<std::size_t>(body)].pose.position; }
+    const Vec3d& centre(int body) const { return problem.bodies[static_cast<std::size_t>(body)].pose.position; }
 
     static double combinedFriction(const Scene& scene, int a, int b) {
         const auto of = [&](int body) {
@@ -151,36 +151,36 @@ private:
         return std::sqrt(of(a) * of(b));
     }
 
-    void fillProblem(double h) {
-        problem.terms.resize(island.rows.size());
-        problem.p.resize(island.rows.size());
-        for (const RowBlock<double>& block : island.blocks) {
-            problem.friction.push_back(block.kind == BlockKind::Contact ? block.friction : -1);
+    void fillSystem(double h) {
+        system.terms.resize(problem.rows.size());
+        system.p.resize(problem.rows.size());
+        for (const RowBlock<double>& block : problem.blocks) {
+            system.friction.push_back(block.kind == BlockKind::Contact ? block.friction : -1);
             for (int r = block.first; r < block.first + block.count; ++r) {
                 const std::size_t i = static_cast<std::size_t>(r);
-                const Row<double>& row = island.rows[i];
+                const Row<double>& row = problem.rows[i];
                 bool hard = false;
-                problem.terms[i] = rowTerms(row, island.delassus(row, block), h, hard);
+                system.terms[i] = rowTerms(row, problem.delassus(row, block), h, hard);
                 if (hard) {
                     const bool open = row.lo == 0 && row.C > 0;
-                    problem.terms[i].bias = open ? row.C / h : std::clamp(row.C, -hardError, hardError) / h;
+                    system.terms[i].bias = open ? row.C / h : std::clamp(row.C, -hardError, hardError) / h;
                 }
-                problem.p[i] = h * row.lambda;
+                system.p[i] = h * row.lambda;
             }
         }
-        for (const SolverBody<double>& body : island.bodies) {
-            problem.v.push_back(body.v);
+        for (const SolverBody<double>& body : problem.bodies) {
+            system.v.push_back(body.v);
         }
     }
 };
 
 // sqrt(J)
-double distance(const Island<double>& island, const std::vector<Vec6<double>>& v, const std::vector<Vec6<double>>& w) {
+double distance(const Problem<double>& problem, const std::vector<Vec6<double>>& v, const std::vector<Vec6<double>>& w) {
     double sum = 0;
     for (std::size_t i = 0; i < v.size(); ++i) {
-        if (!island.bodies[i].fixed) {
+        if (!problem.bodies[i].fixed) {
             const Vec6<double> d = v[i] - w[i];
-            sum += d.dot(island.bodies[i].applyMass(d));
+            sum += d.dot(problem.bodies[i].applyMass(d));
         }
     }
     return std::sqrt(sum);
@@ -189,26 +189,26 @@ double distance(const Island<double>& island, const std::vector<Vec6<double>>& v
 // How far impulses and velocities are from answering each other (sqrt(J)): the natural map of the cone with De Saxce's
 // correction, p - P(p - (u + mu |u_t| n) / A), in the norm of A. Unlike the velocities, which friction does not always
 // determine, it is 0 at every answer.
-double naturalResidual(const Island<double>& island, const Problem& problem) {
+double naturalResidual(const Problem<double>& problem, const System& system) {
     double sum = 0;
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<double>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<double>& block = problem.blocks[k];
         const std::size_t first = static_cast<std::size_t>(block.first);
         const auto speed = [&](std::size_t i) {
-            return problem.rowVelocity(island.rows[i], block) + problem.terms[i].bias;
+            return system.rowVelocity(problem.rows[i], block) + system.terms[i].bias;
         };
         if (block.kind != BlockKind::Contact) {
             for (std::size_t i = first; i < first + static_cast<std::size_t>(block.count); ++i) {
-                sum += speed(i) * speed(i) / problem.terms[i].delassus;
+                sum += speed(i) * speed(i) / system.terms[i].delassus;
             }
             continue;
         }
         const double scale = std::max(
-            {problem.terms[first].delassus, problem.terms[first + 1].delassus, problem.terms[first + 2].delassus});
+            {system.terms[first].delassus, system.terms[first + 1].delassus, system.terms[first + 2].delassus});
         const Vec2<double> slide(speed(first + 1), speed(first + 2));
         const double mu = block.friction;
-        const double normal = problem.p[first] - (speed(first) + mu * slide.norm()) / scale;
-        const Vec2<double> held(problem.p[first + 1], problem.p[first + 2]);
+        const double normal = system.p[first] - (speed(first) + mu * slide.norm()) / scale;
+        const Vec2<double> held(system.p[first + 1], system.p[first + 2]);
         const Vec2<double> across = held - slide / scale;
         const double length = across.norm();
         Vec3d nearest(normal, across.x(), across.y());
@@ -216,38 +216,38 @@ double naturalResidual(const Island<double>& island, const Problem& problem) {
             const double on = std::max(0.0, (normal + mu * length) / (1 + mu * mu));
             nearest << on, (length > 0 ? mu * on / length : 0) * across;
         }
-        sum += scale * (nearest - Vec3d(problem.p[first], held.x(), held.y())).squaredNorm();
+        sum += scale * (nearest - Vec3d(system.p[first], held.x(), held.y())).squaredNorm();
     }
     return std::sqrt(sum);
 }
 
-// Leaves in `problem` what so many iterations of a solver on impulses make of it.
-void iterate(Island<double>& island, Problem& problem, const SolverDef& def) {
+// Leaves in `system` what so many iterations of a solver on impulses make of it.
+void iterate(Problem<double>& problem, System& system, const SolverDef& def) {
     const std::unique_ptr<Solver<double>> solver = makeSolver<double>({.def = def});
     auto* const impulses = dynamic_cast<ImpulseSolver<double>*>(solver.get());
     CAIRN_CHECK(impulses != nullptr, "a solver on impulses");
-    island.memory = {};
-    problem.warmStart(island);
-    impulses->iterate(island, problem, def.iterations);
+    problem.memory = {};
+    system.warmStart(problem);
+    impulses->iterate(problem, system, def.iterations);
 }
 
 // What Newton on the whole island makes of it, started from sweeps; where its factor is too dear, those sweeps' answer.
-Problem reference(Step& step) {
+System reference(Step& step) {
     constexpr int sweeps = 2000;
     constexpr int turns = 8;            // each with a fresh, loose regularisation
     constexpr double affordable = 1e5;  // block products of a factor
     constexpr double solved = 1e-9;     // sqrt(J)
-    Problem best = step.problem;
-    iterate(step.island, best, solverOf("nncg", 0, sweeps));
+    System best = step.system;
+    iterate(step.problem, best, solverOf("nncg", 0, sweeps));
     ContactNewton<double> newton;
-    newton.prepare(step.island);
+    newton.prepare(step.problem);
     if (newton.work() > affordable) {
         return best;
     }
-    newton.problem.terms = best.terms;
-    newton.problem.friction = best.friction;
-    newton.problem.p = best.p;
-    newton.vStar = step.problem.v;
+    newton.system.terms = best.terms;
+    newton.system.friction = best.friction;
+    newton.system.p = best.p;
+    newton.vStar = step.system.v;
     NewtonOptions options;
     options.regularisation = 1e-3;
     options.minRegularisation = 1e-6;
@@ -257,16 +257,16 @@ Problem reference(Step& step) {
     options.maxDeSaxceUpdates = 20;
     options.maxIterations = 100;
     options.goesOn = true;
-    double smallest = naturalResidual(step.island, best);
+    double smallest = naturalResidual(step.problem, best);
     for (int k = 0; k < turns && smallest > solved; ++k) {
-        newton.solve(step.island, options);
-        const double left = naturalResidual(step.island, newton.problem);
+        newton.solve(step.problem, options);
+        const double left = naturalResidual(step.problem, newton.system);
         if (left >= 0.9 * smallest) {
             break;
         }
         smallest = left;
-        best.p = newton.problem.p;
-        best.v = newton.problem.v;
+        best.p = newton.system.p;
+        best.v = newton.system.v;
     }
     return best;
 }
@@ -279,14 +279,14 @@ ClusterCurve measureCurve(Step& step, const std::vector<Vec6<double>>& answer, c
         ClusterPoint point{.iterations = n, .milliseconds = std::numeric_limits<double>::infinity()};
         double spent = 0;
         while (spent < briefly) {
-            Problem problem = step.problem;
+            System system = step.system;
             const double start = now();
-            iterate(step.island, problem, solverOf(method, size, n));
+            iterate(step.problem, system, solverOf(method, size, n));
             point.milliseconds = std::min(point.milliseconds, now() - start);
             spent += std::max(now() - start, 1e-3);
-            point.error = distance(step.island, problem.v, answer);
-            point.residual = naturalResidual(step.island, problem);
-            point.visits = static_cast<double>(problem.visits) / static_cast<double>(step.island.rows.size());
+            point.error = distance(step.problem, system.v, answer);
+            point.residual = naturalResidual(step.problem, system);
+            point.visits = static_cast<double>(system.visits) / static_cast<double>(step.problem.rows.size());
         }
         curve.points.push_back(point);
     }
@@ -390,14 +390,14 @@ ClusterCase clusterCase(const std::string& name, const Scene& scene, double seco
     }
     Step step(running, ready);
     ClusterCase result{
-        .name = name, .bodies = step.moving, .rows = static_cast<int>(step.island.rows.size()), .steps = steps};
-    const Problem solved = reference(step);
+        .name = name, .bodies = step.moving, .rows = static_cast<int>(step.problem.rows.size()), .steps = steps};
+    const System solved = reference(step);
     const std::vector<Vec6<double>>& answer = solved.v;
-    result.referenceResidual = naturalResidual(step.island, solved);
-    Problem start = step.problem;
-    start.warmStart(step.island);
-    result.startError = distance(step.island, start.v, answer);
-    result.startResidual = naturalResidual(step.island, start);
+    result.referenceResidual = naturalResidual(step.problem, solved);
+    System start = step.system;
+    start.warmStart(step.problem);
+    result.startError = distance(step.problem, start.v, answer);
+    result.startResidual = naturalResidual(step.problem, start);
 
     std::vector<int> sizes = clusterSizes();
     std::erase_if(sizes, [&](int size) { return size >= step.moving; });

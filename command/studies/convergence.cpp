@@ -11,8 +11,8 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
-using Problem = RowProblem<double>;
-using Sweep = std::function<void(Problem&)>;
+using System = RowSystem<double>;
+using Sweep = std::function<void(System&)>;
 
 constexpr std::size_t longestHistory = 400;
 
@@ -114,10 +114,10 @@ struct RowChain {
     Matrix A;
     Vector c;       // m/s, the right side
     Vector answer;  // N s, -A^-1 c
-    Problem start;
+    System start;
 
     explicit RowChain(const std::vector<double>& masses)
-        : chain(masses), A(assembleA(chain.island)), start(chain.problem()) {
+        : chain(masses), A(assembleA(chain.problem)), start(chain.system()) {
         c.resize(A.rows());
         for (Eigen::Index i = 0; i < c.size(); ++i) {
             c(i) = start.terms[static_cast<std::size_t>(i)].bias;
@@ -127,24 +127,24 @@ struct RowChain {
 
     Left left(const Vector& p) const { return {(p - answer).norm() / answer.norm(), (c + A * p).norm() / c.norm()}; }
 
-    Problem unforced() const {
-        Problem problem = start;
-        for (RowTerms<double>& t : problem.terms) {
+    System unforced() const {
+        System system = start;
+        for (RowTerms<double>& t : system.terms) {
             t.bias = 0;
         }
-        return problem;
+        return system;
     }
 
     // What one sweep makes of each unit vector of impulses.
     Matrix iterationMatrix(const Sweep& sweep) const {
         Matrix G(A.rows(), A.rows());
         for (Eigen::Index j = 0; j < A.rows(); ++j) {
-            Problem problem = unforced();
-            std::vector<double> unit(problem.p.size(), 0);
+            System system = unforced();
+            std::vector<double> unit(system.p.size(), 0);
             unit[static_cast<std::size_t>(j)] = 1;
-            problem.add(chain.island, unit);
-            sweep(problem);
-            G.col(j) = toVector(problem.p);
+            system.add(chain.problem, unit);
+            sweep(system);
+            G.col(j) = toVector(system.p);
         }
         return G;
     }
@@ -157,11 +157,11 @@ struct RowChain {
 
     // A x, by pushing the bodies and asking the rows.
     Vector product(const Vector& x) const {
-        Problem problem = unforced();
-        problem.add(chain.island, std::vector<double>(x.data(), x.data() + x.size()));
+        System system = unforced();
+        system.add(chain.problem, std::vector<double>(x.data(), x.data() + x.size()));
         Vector y(x.size());
-        for (const RowBlock<double>& block : chain.island.blocks) {
-            y(block.first) = problem.rowVelocity(chain.island.rows[static_cast<std::size_t>(block.first)], block);
+        for (const RowBlock<double>& block : chain.problem.blocks) {
+            y(block.first) = system.rowVelocity(chain.problem.rows[static_cast<std::size_t>(block.first)], block);
         }
         return y;
     }
@@ -169,23 +169,23 @@ struct RowChain {
 
 void measureSweeps(MethodConvergence& method, const RowChain& rows, int cap, const Sweep& sweep) {
     method.rate = spectralRadius(rows.iterationMatrix(sweep));
-    Problem problem = rows.start;
+    System system = rows.start;
     count(method, cap, [&] {
-        sweep(problem);
-        return rows.left(toVector(problem.p));
+        sweep(system);
+        return rows.left(toVector(system.p));
     });
 }
 
 MethodConvergence gaussSeidel(const RowChain& rows, const std::string& name, double relaxation, int cap) {
     MethodConvergence method{.name = name, .relaxation = relaxation};
-    measureSweeps(method, rows, cap, [&](Problem& problem) { problem.sweep(rows.chain.island, relaxation); });
+    measureSweeps(method, rows, cap, [&](System& system) { system.sweep(rows.chain.problem, relaxation); });
     method.rateOfMatrix = spectralRadius(rows.gaussSeidelMatrix(relaxation));
     if (relaxation == 1) {
-        Problem problem = rows.unforced();
-        problem.add(rows.chain.island, std::vector<double>(problem.p.size(), 1));
+        System system = rows.unforced();
+        system.add(rows.chain.problem, std::vector<double>(system.p.size(), 1));
         double before = 0;
         for (int k = 0; k < 400; ++k) {
-            const double change = problem.sweep(rows.chain.island, 1);
+            const double change = system.sweep(rows.chain.problem, 1);
             method.rateByPower = std::sqrt(change / before);
             before = change;
         }
@@ -194,15 +194,15 @@ MethodConvergence gaussSeidel(const RowChain& rows, const std::string& name, dou
 }
 
 MethodConvergence jacobi(const RowChain& rows, const std::string& name, bool splitMasses, int cap) {
-    const Splitting<double> split(rows.chain.island, splitMasses);
+    const Splitting<double> split(rows.chain.problem, splitMasses);
     MethodConvergence method{.name = name};
-    measureSweeps(method, rows, cap, [&](Problem& problem) { problem.sweepAtOnce(rows.chain.island, 1, split); });
+    measureSweeps(method, rows, cap, [&](System& system) { system.sweepAtOnce(rows.chain.problem, 1, split); });
     const Vector D = toVector(split.delassus);
     method.rateOfMatrix =
         spectralRadius(Matrix::Identity(D.size(), D.size()) - Matrix(D.cwiseInverse().asDiagonal() * rows.A));
     if (!splitMasses) {
         std::vector<double> mode;
-        method.rateByPower = jacobiRadius(rows.chain.island, rows.start, mode, 400);
+        method.rateByPower = jacobiRadius(rows.chain.problem, rows.start, mode, 400);
     }
     return method;
 }
@@ -214,10 +214,10 @@ MethodConvergence solverRuns(RowChain& rows, const std::string& name, const Solv
     CAIRN_CHECK(impulses != nullptr, "a solver on impulses");
     MethodConvergence method{.name = name};
     countRuns(method, cap, [&](int n) {
-        Problem problem = rows.start;
-        rows.chain.island.memory = {};
-        impulses->iterate(rows.chain.island, problem, n);
-        return rows.left(toVector(problem.p));
+        System system = rows.start;
+        rows.chain.problem.memory = {};
+        impulses->iterate(rows.chain.problem, system, n);
+        return rows.left(toVector(system.p));
     });
     return method;
 }
@@ -250,14 +250,14 @@ class BodyChain {
 public:
     BodyChain(const std::vector<double>& masses, double error, const std::vector<double>& penalty)
         : chain_(masses, error),
-          problem_(chain_.problem()),
-          descent_(chain_.island, problem_, 1, std::numeric_limits<double>::max(), false, LoadRule::Heaviest, 1) {
+          system_(chain_.system()),
+          descent_(chain_.problem, system_, 1, std::numeric_limits<double>::max(), false, LoadRule::Heaviest, 1) {
         setPenalty(penalty);
         const RowChain rows(masses);
         const Vector p = error * rows.answer;
-        const Matrix J = assembleJ(rows.chain.island);
+        const Matrix J = assembleJ(rows.chain.problem);
         for (std::size_t i = 0; i < masses.size(); ++i) {
-            const SolverBody<double>& body = chain_.island.bodies[i];
+            const SolverBody<double>& body = chain_.problem.bodies[i];
             const Vec6<double> push = J.middleCols<6>(6 * static_cast<Eigen::Index>(i)).transpose() * p;
             answer_.push_back(body.applyInverseMass(push).x());
             if (!body.fixed) {
@@ -283,18 +283,18 @@ public:
         descent_.moveCentres();
     }
 
-    double rowError(std::size_t i) const { return chain_.island.rows[i].C; }
+    double rowError(std::size_t i) const { return chain_.problem.rows[i].C; }
 
     Left left() const {
         double squared = 0;
         double whole = 0;
         for (const std::size_t i : free_) {
-            const double mass = chain_.island.bodies[i].mass;
-            squared += mass * std::pow(problem_.v[i].x() - answer_[i], 2);
+            const double mass = chain_.problem.bodies[i].mass;
+            squared += mass * std::pow(system_.v[i].x() - answer_[i], 2);
             whole += mass * answer_[i] * answer_[i];
         }
         double c = 0;
-        for (const Row<double>& row : chain_.island.rows) {
+        for (const Row<double>& row : chain_.problem.rows) {
             c += row.C * row.C;
         }
         return {std::sqrt(squared / whole), std::sqrt(c) / startError_};
@@ -304,7 +304,7 @@ public:
         double sum = 0;
         double size = 0;
         for (const std::size_t i : free_) {
-            const double momentum = chain_.island.bodies[i].mass * problem_.v[i].x();
+            const double momentum = chain_.problem.bodies[i].mass * system_.v[i].x();
             sum += momentum;
             size += std::abs(momentum);
         }
@@ -318,7 +318,7 @@ public:
         Vector s(size(multipliers));
         Eigen::Index k = 0;
         for (const std::size_t i : free_) {
-            s(k++) = problem_.v[i].x();
+            s(k++) = system_.v[i].x();
         }
         for (std::size_t i = 0; multipliers && i < descent_.centre.size(); ++i) {
             s(k++) = descent_.centre[i];
@@ -328,7 +328,7 @@ public:
     void setState(const Vector& s) {
         Eigen::Index k = 0;
         for (const std::size_t i : free_) {
-            problem_.v[i].x() = s(k++);
+            system_.v[i].x() = s(k++);
         }
         for (double& centre : descent_.centre) {
             centre = k < s.size() ? s(k++) : 0;
@@ -355,7 +355,7 @@ public:
 
 private:
     StraightChain chain_;
-    Problem problem_;
+    System system_;
     BlockCoordinateDescent<double> descent_;
     std::vector<std::size_t> free_;
     std::vector<double> answer_;
@@ -387,9 +387,9 @@ const MethodConvergence& ChainConvergence::method(const std::string& name) const
 
 double chainJacobiRadius(const std::vector<double>& masses) {
     const RowChain rows(masses);
-    const Splitting<double> whole(rows.chain.island, false);
+    const Splitting<double> whole(rows.chain.problem, false);
     return spectralRadius(
-        rows.iterationMatrix([&](Problem& problem) { problem.sweepAtOnce(rows.chain.island, 1, whole); }));
+        rows.iterationMatrix([&](System& system) { system.sweepAtOnce(rows.chain.problem, 1, whole); }));
 }
 
 ChainConvergence chainConvergence(int bodies, double ratio, int cap) {

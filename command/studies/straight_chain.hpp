@@ -2,7 +2,7 @@
 // The straight chain of theory section 9.2, as an island: particles on a straight line, neighbours held at a distance
 // by one row each. J M^-1 J^T of its rows is theory 9.5. With h = 1 s, impulses are forces and velocities
 // displacements.
-#include "engine/islands/island.hpp"
+#include "engine/problem/problem.hpp"
 #include "engine/solve/velocity/sweep.hpp"
 
 #include <Eigen/Dense>
@@ -19,9 +19,9 @@ public:
     // Bodies at rest at their first places; rows taken there.
     void reset();
     // At velocity level, from zero impulses, with the whole error as its right side. h = 1 s.
-    RowProblem<double> problem() const;
+    RowSystem<double> system() const;
 
-    Island<double> island;
+    Problem<double> problem;
 
 private:
     std::vector<Joint<double>> joints_;
@@ -32,7 +32,7 @@ private:
 std::vector<double> chainMasses(int count, double end);
 
 // J (rows x 6 bodies) and A = J M^-1 J^T, assembled from the rows and the bodies of an island.
-Eigen::MatrixXd assembleJ(const Island<double>& island);
-Eigen::MatrixXd assembleA(const Island<double>& island);
+Eigen::MatrixXd assembleJ(const Problem<double>& problem);
+Eigen::MatrixXd assembleA(const Problem<double>& problem);
 
 }  // namespace cairn

@@ -65,11 +65,11 @@ public:
         }
     }
 
-    void lookAtIsland(Island<S>& island, const IslandForecast& forecast) {
-        lookAtMasses(island, forecast);
-        lookAtSprings(island);
-        lookAtOverlaps(island);
-        lookAtRedundancy(island);
+    void lookAtIsland(Problem<S>& problem, const IslandForecast& forecast) {
+        lookAtMasses(problem, forecast);
+        lookAtSprings(problem);
+        lookAtOverlaps(problem);
+        lookAtRedundancy(problem);
     }
 
     std::vector<Finding> findings() {
@@ -148,14 +148,14 @@ private:
     }
 
     // The worst neighbours, and what the island as a whole asks of sweeps.
-    void lookAtMasses(const Island<S>& island, const IslandForecast& forecast) {
+    void lookAtMasses(const Problem<S>& problem, const IslandForecast& forecast) {
         double worst = 0;
         bool joined = false;
         std::uint32_t light = 0;
         std::uint32_t load = 0;
         const auto ask = [&](int a, int b, bool isJoint) {
-            const SolverBody<S>& one = island.bodies[static_cast<std::size_t>(a)];
-            const SolverBody<S>& other = island.bodies[static_cast<std::size_t>(b)];
+            const SolverBody<S>& one = problem.bodies[static_cast<std::size_t>(a)];
+            const SolverBody<S>& other = problem.bodies[static_cast<std::size_t>(b)];
             if (one.fixed || other.fixed) {
                 return;
             }
@@ -171,10 +171,10 @@ private:
                 load = heavier.index;
             }
         };
-        for (const auto& link : island.manifolds) {
-            ask(link.a, link.b, false);
+        for (const ProblemContact<S>& contact : problem.contacts) {
+            ask(contact.a, contact.b, false);
         }
-        for (const auto& link : island.joints) {
+        for (const auto& link : problem.joints) {
             ask(link.a, link.b, true);
         }
         const bool slack = forecast.sweeps <= fewSweeps;
@@ -211,17 +211,17 @@ private:
     }
 
     // One sentence an island, about the worst: what is woven of springs has thousands alike.
-    void lookAtSprings(const Island<S>& island) {
+    void lookAtSprings(const Problem<S>& problem) {
         double worst = 0;  // rad/s
         std::size_t at = 0;
         int fast = 0;
-        for (std::size_t k = 0; k < island.joints.size(); ++k) {
-            const RowBlock<S>& block = island.blocks[k];
+        for (std::size_t k = 0; k < problem.joints.size(); ++k) {
+            const RowBlock<S>& block = problem.blocks[k];
             double quickest = 0;
             for (int r = block.first; r < block.first + block.count; ++r) {
-                const Row<S>& row = island.rows[static_cast<std::size_t>(r)];
+                const Row<S>& row = problem.rows[static_cast<std::size_t>(r)];
                 if (row.compliance > S(0)) {
-                    const S delassus = island.responses[static_cast<std::size_t>(r)].delassus;
+                    const S delassus = problem.responses[static_cast<std::size_t>(r)].delassus;
                     quickest = std::max(quickest, std::sqrt(static_cast<double>(delassus / row.compliance)));
                 }
             }
@@ -234,9 +234,9 @@ private:
         if (fast == 0) {
             return;
         }
-        const auto& link = island.joints[at];
-        const std::uint32_t a = island.bodies[static_cast<std::size_t>(link.a)].index;
-        const std::uint32_t b = island.bodies[static_cast<std::size_t>(link.b)].index;
+        const auto& link = problem.joints[at];
+        const std::uint32_t a = problem.bodies[static_cast<std::size_t>(link.a)].index;
+        const std::uint32_t b = problem.bodies[static_cast<std::size_t>(link.b)].index;
         const double cycles = worst / (2 * std::numbers::pi);
         add(FindingKind::StiffSpring, {a, b}, worst * substep() / (2 * std::numbers::pi),
             format(
@@ -247,15 +247,16 @@ private:
                 nameOf(b).c_str(), fast == 1 ? "" : ",", cycles, substep(), cycles * substep(), phase / worst));
     }
 
-    void lookAtOverlaps(const Island<S>& island) {
+    void lookAtOverlaps(const Problem<S>& problem) {
         std::set<std::pair<std::uint32_t, std::uint32_t>> told;
-        for (const auto& link : island.manifolds) {
+        for (const ProblemContact<S>& contact : problem.contacts) {
             double depth = 0;
-            for (std::size_t k = 0; k < static_cast<std::size_t>(link.manifold->geometry.count); ++k) {
-                depth = std::max(depth, -static_cast<double>(link.manifold->points[k].separation));
+            for (int k = contact.firstPoint; k < contact.firstPoint + contact.count; ++k) {
+                depth = std::max(depth,
+                                 -static_cast<double>(problem.points[static_cast<std::size_t>(k)].separation));
             }
-            const std::uint32_t a = island.bodies[static_cast<std::size_t>(link.a)].index;
-            const std::uint32_t b = island.bodies[static_cast<std::size_t>(link.b)].index;
+            const std::uint32_t a = problem.bodies[static_cast<std::size_t>(contact.a)].index;
+            const std::uint32_t b = problem.bodies[static_cast<std::size_t>(contact.b)].index;
             if (depth > deep && told.emplace(a, b).second) {
                 add(FindingKind::Overlap, {a, b}, depth,
                     format("%s and %s overlap by %.3g mm: they are pushed apart at up to %.3g m/s; move one by that "
@@ -266,12 +267,12 @@ private:
     }
 
     // Hard equality rows whose gradients, in the norm of the Delassus operator, are combinations of others'.
-    void lookAtRedundancy(const Island<S>& island) {
+    void lookAtRedundancy(const Problem<S>& problem) {
         std::vector<std::pair<const Row<S>*, std::size_t>> rows;  // with their block
-        for (std::size_t k = 0; k < island.joints.size(); ++k) {
-            const RowBlock<S>& block = island.blocks[k];
+        for (std::size_t k = 0; k < problem.joints.size(); ++k) {
+            const RowBlock<S>& block = problem.blocks[k];
             for (int r = block.first; r < block.first + block.count; ++r) {
-                const Row<S>& row = island.rows[static_cast<std::size_t>(r)];
+                const Row<S>& row = problem.rows[static_cast<std::size_t>(r)];
                 if (!row.isVelocity && !row.isSoft() && row.lo < S(0) && row.hi > S(0)) {
                     rows.emplace_back(&row, k);
                 }
@@ -281,13 +282,13 @@ private:
         if (n < 2 || n > maxRows) {
             return;
         }
-        Eigen::MatrixXd scaled = Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(island.bodies.size()), n);
+        Eigen::MatrixXd scaled = Eigen::MatrixXd::Zero(6 * static_cast<Eigen::Index>(problem.bodies.size()), n);
         for (Eigen::Index i = 0; i < n; ++i) {
             const auto& [row, k] = rows[static_cast<std::size_t>(i)];
-            const RowBlock<S>& block = island.blocks[k];
+            const RowBlock<S>& block = problem.blocks[k];
             for (int m = 0; m < block.bodyCount(); ++m) {
                 const auto index = static_cast<std::size_t>(block.body(m));
-                const SolverBody<S>& body = island.bodies[index];
+                const SolverBody<S>& body = problem.bodies[index];
                 if (body.fixed) {
                     continue;
                 }
@@ -312,9 +313,9 @@ private:
             return;
         }
         const auto last = static_cast<std::size_t>(qr.colsPermutation().indices()[n - 1]);
-        const auto& link = island.joints[rows[last].second];
-        const std::uint32_t a = island.bodies[static_cast<std::size_t>(link.a)].index;
-        const std::uint32_t b = island.bodies[static_cast<std::size_t>(link.b)].index;
+        const auto& link = problem.joints[rows[last].second];
+        const std::uint32_t a = problem.bodies[static_cast<std::size_t>(link.a)].index;
+        const std::uint32_t b = problem.bodies[static_cast<std::size_t>(link.b)].index;
         add(FindingKind::RedundantJoints, {a, b}, static_cast<double>(spare),
             format(
                 "%lld of %lld rows of joints repeat what others say, for example between %s and %s: their forces are "
@@ -338,26 +339,29 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
     given.field("dt", static_cast<double>(dt), stepRule);
     given.field("position", position, {.text = "m, what a step may err by", .min = 0, .above = true});
     moveProxies(static_cast<double>(dt));
-    broadPhase.update();
+    broadPhase.update(*jobs);
     // Tables of its own: what the world keeps from step to step stays as it is.
     ContactTable<S> found;
     found.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.manifoldReuseDistance},
                  *jobs);
     Islands<S> parts;
-    parts.rebuild(bodies, awake, joints, found, {def.gravity.cast<S>(), def.gyroscopic, false, false});
+    parts.rebuild(bodies, awake, joints, found, false);
+    const WorldTables<S> tables{bodies, joints, found, parts, {def.gravity.cast<S>(), def.gyroscopic, false}};
     Diagnosis diagnosis;
     Doctor<S> doctor(def, bodies, dt, position);
     doctor.lookAtWorld();
     const Direct<S> direct(settings());
     const Auto<S> chooser(settings());
-    for (Island<S>& island : parts.awake()) {
-        const double work = direct.predictCost(island).factor;
-        IslandForecast& one = diagnosis.islands.emplace_back(forecast(island, dt, position));
-        one.lowest = bodies.idAt(island.bodies.front().index);
+    for (const Island& island : parts.awake()) {
+        Problem<S> problem;
+        Gatherer<S>(tables, island, problem).gather();
+        const double work = direct.predictCost(problem).factor;
+        IslandForecast& one = diagnosis.islands.emplace_back(forecast(problem, dt, position));
+        one.lowest = bodies.idAt(island.lowest());
         one.directWork = work;
-        chooser.substeps(island, dt);  // decides whether to sweep
-        one.exact = def.solver.name == "direct" || (def.solver.name == "auto" && !island.sweeps);
-        doctor.lookAtIsland(island, one);
+        const bool isSwept = chooser.plan(problem, {}, dt).sweeps();
+        one.exact = def.solver.name == "direct" || (def.solver.name == "auto" && !isSwept);
+        doctor.lookAtIsland(problem, one);
     }
     diagnosis.findings = doctor.findings();
     return diagnosis;

@@ -16,25 +16,25 @@ constexpr int maxTried = 256;      // iterations
 constexpr double pushOutShare = 1.4;
 
 template <class S>
-RowProblem<S> hardProblem(Island<S>& island, S h) {
-    RowProblem<S> problem;
-    for (const SolverBody<S>& body : island.bodies) {
-        problem.v.push_back(body.v);
+RowSystem<S> hardSystem(Problem<S>& problem, S h) {
+    RowSystem<S> system;
+    for (const SolverBody<S>& body : problem.bodies) {
+        system.v.push_back(body.v);
     }
-    problem.terms.resize(island.rows.size());
-    problem.p.assign(island.rows.size(), S(0));
-    for (const RowBlock<S>& block : island.blocks) {
-        problem.friction.push_back(frictionCoefficient(island, block));
+    system.terms.resize(problem.rows.size());
+    system.p.assign(problem.rows.size(), S(0));
+    for (const RowBlock<S>& block : problem.blocks) {
+        system.friction.push_back(frictionCoefficient(problem, block));
         for (std::size_t i = static_cast<std::size_t>(block.first);
              i < static_cast<std::size_t>(block.first + block.count); ++i) {
             bool hard = false;
-            problem.terms[i] = rowTerms(island.rows[i], island.responses[i].delassus, h, hard);
+            system.terms[i] = rowTerms(problem.rows[i], problem.responses[i].delassus, h, hard);
             if (hard) {
-                problem.terms[i].bias = island.rows[i].C / h;
+                system.terms[i].bias = problem.rows[i].C / h;
             }
         }
     }
-    return problem;
+    return system;
 }
 
 template <class S>
@@ -54,16 +54,16 @@ struct Sweeps {
 // Sweeps until the answer is within `speed` (m/s) of its limit. The change d_k of sweep k shrinks by q, so that
 // d_k q / (1 - q) is still to come (theory 9.22).
 template <class S, class Sweep>
-Sweeps sweepsFor(RowProblem<S> problem, double speed, const Sweep& sweep) {
+Sweeps sweepsFor(RowSystem<S> system, double speed, const Sweep& sweep) {
     std::vector<double> change;
-    const double rows = static_cast<double>(std::max<std::size_t>(1, problem.p.size()));
+    const double rows = static_cast<double>(std::max<std::size_t>(1, system.p.size()));
     const int limit = static_cast<int>(std::clamp(maxVisits / rows, 30.0, static_cast<double>(maxSweeps)));
-    std::vector<Vec6<S>> before = problem.v;
+    std::vector<Vec6<S>> before = system.v;
     double sum = 0;
     for (int k = 0; k < limit; ++k) {
-        sweep(problem);
-        change.push_back(static_cast<double>(farthest(problem.v, before)));
-        before = problem.v;
+        sweep(system);
+        change.push_back(static_cast<double>(farthest(system.v, before)));
+        before = system.v;
         sum += change.back();
         if (change.back() <= 1e-12 * sum) {
             break;
@@ -105,22 +105,22 @@ Sweeps sweepsFor(RowProblem<S> problem, double speed, const Sweep& sweep) {
 // iterations, whose answers are compared. What is still to come after k is more than their difference where the slowest
 // mode, which shrinks by q a sweep, has hardly moved; beyond what is tried, that mode is all that is left.
 template <class S>
-double trySweeps(Island<S>& island, S dt, const char* name, double speed, double q) {
-    const Checkpoint<S> start(island);
+double trySweeps(Problem<S>& problem, S dt, const char* name, double speed, double q) {
+    const Checkpoint<S> start(problem);
     const auto answer = [&](int iterations) {
         SolverSettings settings;
         settings.def = {.name = name, .substeps = 1, .iterations = iterations};
         settings.maxPushOutSpeed = std::numeric_limits<double>::infinity();
         settings.restitutionSpeed = std::numeric_limits<double>::infinity();
-        makeSolver<S>(settings)->advance(island, dt);
+        makeSolver<S>(settings)->advance(problem, dt);
         std::vector<Vec6<S>> v;
-        for (const SolverBody<S>& body : island.bodies) {
+        for (const SolverBody<S>& body : problem.bodies) {
             v.push_back(body.v);
         }
-        start.restore(island);
+        start.restore(problem);
         return v;
     };
-    const double rows = static_cast<double>(std::max<std::size_t>(1, island.rows.size()));
+    const double rows = static_cast<double>(std::max<std::size_t>(1, problem.rows.size()));
     std::vector<Vec6<S>> last = answer(1);
     double before = 0;
     double off = 0;
@@ -147,36 +147,36 @@ double trySweeps(Island<S>& island, S dt, const char* name, double speed, double
 
 // Least of A_ii / sum over j of |A_ij|, by bodies that rows share.
 template <class S>
-double dominance(const Island<S>& island) {
+double dominance(const Problem<S>& problem) {
     struct Visit {
         std::size_t row;
         const RowBlock<S>* block;
         Vec6<S> gradient;
     };
-    std::vector<std::vector<Visit>> rowsOf(island.bodies.size());
-    for (const RowBlock<S>& block : island.blocks) {
+    std::vector<std::vector<Visit>> rowsOf(problem.bodies.size());
+    for (const RowBlock<S>& block : problem.blocks) {
         for (int r = block.first; r < block.first + block.count; ++r) {
             for (int k = 0; k < block.bodyCount(); ++k) {
                 const auto body = static_cast<std::size_t>(block.body(k));
-                if (!island.bodies[body].fixed) {
+                if (!problem.bodies[body].fixed) {
                     const std::size_t row = static_cast<std::size_t>(r);
-                    rowsOf[body].push_back({row, &block, bodyGradient(island.rows[row], block, k)});
+                    rowsOf[body].push_back({row, &block, bodyGradient(problem.rows[row], block, k)});
                 }
             }
         }
     }
     double smallest = 1;
-    std::vector<S> A(island.rows.size(), S(0));
-    for (const RowBlock<S>& block : island.blocks) {
+    std::vector<S> A(problem.rows.size(), S(0));
+    for (const RowBlock<S>& block : problem.blocks) {
         for (int r = block.first; r < block.first + block.count; ++r) {
             const std::size_t i = static_cast<std::size_t>(r);
             std::vector<std::size_t> touched;
             for (int k = 0; k < block.bodyCount(); ++k) {
                 const auto body = static_cast<std::size_t>(block.body(k));
-                if (island.bodies[body].fixed) {
+                if (problem.bodies[body].fixed) {
                     continue;
                 }
-                const Vec6<S> push = island.bodies[body].applyInverseMass(bodyGradient(island.rows[i], block, k));
+                const Vec6<S> push = problem.bodies[body].applyInverseMass(bodyGradient(problem.rows[i], block, k));
                 for (const Visit& visit : rowsOf[body]) {
                     A[visit.row] += visit.gradient.dot(push);
                     touched.push_back(visit.row);
@@ -199,34 +199,34 @@ double dominance(const Island<S>& island) {
 }  // namespace
 
 template <class S>
-IslandForecast forecast(Island<S>& island, S dt, double position) {
+IslandForecast forecast(Problem<S>& problem, S dt, double position) {
     IslandForecast result;
-    for (const SolverBody<S>& body : island.bodies) {
+    for (const SolverBody<S>& body : problem.bodies) {
         result.bodies += body.fixed ? 0 : 1;
     }
-    const Checkpoint<S> start(island);
-    island.predict(dt);
-    island.linearize();
-    result.rows = static_cast<int>(island.rows.size());
-    if (island.rows.empty()) {
+    const Checkpoint<S> start(problem);
+    problem.predict(dt);
+    problem.linearize();
+    result.rows = static_cast<int>(problem.rows.size());
+    if (problem.rows.empty()) {
         return result;
     }
-    const RowProblem<S> problem = hardProblem(island, dt);
+    const RowSystem<S> system = hardSystem(problem, dt);
     const double speed = position / static_cast<double>(dt);
-    const Sweeps gaussSeidel = sweepsFor(problem, speed, [&](RowProblem<S>& p) { p.sweep(island, S(1)); });
+    const Sweeps gaussSeidel = sweepsFor(system, speed, [&](RowSystem<S>& p) { p.sweep(problem, S(1)); });
     result.radius = gaussSeidel.radius;
-    const Splitting<S> split(island, true);
+    const Splitting<S> split(problem, true);
     result.jacobiSweeps =
-        pushOutShare * sweepsFor(problem, speed, [&](RowProblem<S>& p) { p.sweepAtOnce(island, S(1), split); }).count;
-    result.dominance = dominance(island);
-    start.restore(island);
-    result.sweeps = trySweeps(island, dt, "gauss_seidel", speed, result.radius);
-    result.conjugateSweeps = trySweeps(island, dt, "nncg", speed, 0);
-    island.linearize();
+        pushOutShare * sweepsFor(system, speed, [&](RowSystem<S>& p) { p.sweepAtOnce(problem, S(1), split); }).count;
+    result.dominance = dominance(problem);
+    start.restore(problem);
+    result.sweeps = trySweeps(problem, dt, "gauss_seidel", speed, result.radius);
+    result.conjugateSweeps = trySweeps(problem, dt, "nncg", speed, 0);
+    problem.linearize();
     return result;
 }
 
-template IslandForecast forecast(Island<float>&, float, double);
-template IslandForecast forecast(Island<double>&, double, double);
+template IslandForecast forecast(Problem<float>&, float, double);
+template IslandForecast forecast(Problem<double>&, double, double);
 
 }  // namespace cairn

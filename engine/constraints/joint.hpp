@@ -31,10 +31,6 @@ struct Joint {
     Vec6<S> impulseA = Vec6<S>::Zero();
     Vec6<S> impulseB = Vec6<S>::Zero();
 
-    void beginStep() {
-        impulseA.setZero();
-        impulseB.setZero();
-    }
     BodyId body(int k) const { return k == 0 ? a : k == 1 ? b : k == 2 ? c : d; }
     int bodyCount() const { return c == BodyId{} ? 2 : d == BodyId{} ? 3 : 4; }
 

@@ -23,16 +23,10 @@ template <class S>
 double reuseBound(const PairContacts<S>& pair, double wanted, double smallerRadius) {
     constexpr double rolling = 1e-6;
     constexpr double ofRadius = 1e-3;
-    double bound = std::min(wanted, ofRadius * smallerRadius);
-    for (const ContactManifold<S>& manifold : pair.manifolds) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.geometry.count); ++k) {
-            const ContactGeometry<S>& geometry = manifold.points[k].geometry;
-            if (!geometry.roundA.isZero(S(0)) || !geometry.roundB.isZero(S(0))) {
-                bound = std::min(bound, rolling);
-            }
-        }
-    }
-    return bound;
+    const double bound = std::min(wanted, ofRadius * smallerRadius);
+    const bool rolls = std::any_of(pair.manifolds.begin(), pair.manifolds.end(),
+                                   [](const ContactManifold<S>& manifold) { return manifold.isRound; });
+    return rolls ? std::min(bound, rolling) : bound;
 }
 
 template <class S>
@@ -44,45 +38,37 @@ double staticFriction(const Material& m) {
     return std::max(m.friction, m.staticFriction);
 }
 
-// The part of a contact point's arm that does not turn with a shape which rolls over it (ContactGeometry): along the
-// normal, from the centre or the axis of the round; 0 where the surface is flat. Body frame; the normal of either
-// sense.
-Vec3d roundPart(const Shape& shape, const Vec3d& point, const Vec3d& normal) {
-    const Vec3d axis = shape.pose.rotation * Vec3d::UnitY();
-    const Vec3d arm = point - shape.pose.position;
-    switch (shape.kind) {
-        case ShapeKind::Sphere:
-        case ShapeKind::Ellipsoid:
-            return arm.dot(normal) * normal;
-        case ShapeKind::Capsule: {
-            const double halfHeight = shape.size.y();
-            return (arm - std::clamp(arm.dot(axis), -halfHeight, halfHeight) * axis).dot(normal) * normal;
-        }
-        case ShapeKind::Cylinder:
-        case ShapeKind::Cone: {
-            const Vec3d across = normal - normal.dot(axis) * axis;
-            // Under this it stands on its flat end.
-            return across.squaredNorm() > 0.19 ? Vec3d(arm.dot(across) / across.squaredNorm() * normal)
-                                               : Vec3d(Vec3d::Zero());
-        }
-        default:
-            return Vec3d::Zero();
+// As the narrow phase found it.
+template <class S>
+Manifold found(const ContactManifold<S>& manifold) {
+    Manifold geometry;
+    geometry.count = manifold.count;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.count); ++k) {
+        geometry.points[k] = manifold.points[k].found();
     }
+    return geometry;
 }
 
 template <class S>
 ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, const Body<S>& b, const Vec3d& normalInB,
                                 ContactManifold<S>* before) {
     ContactManifold<S> manifold;
-    manifold.geometry = geometry;
-    manifold.known = geometry.count;
-    const Material& materialA = a.def.shapes[geometry.shapeA].material;
-    const Material& materialB = b.def.shapes[geometry.shapeB].material;
+    manifold.shapeA = geometry.shapeA;
+    manifold.shapeB = geometry.shapeB;
+    manifold.id = geometry.id;
+    manifold.count = static_cast<std::int8_t>(geometry.count);
+    manifold.known = manifold.count;
+    manifold.normal = geometry.normal;
+    manifold.normalInB = normalInB;
+    const Shape& shapeA = a.def.shapes[geometry.shapeA];
+    const Shape& shapeB = b.def.shapes[geometry.shapeB];
+    const Material& materialA = shapeA.material;
+    const Material& materialB = shapeB.material;
     manifold.friction = combined<S>(materialA.friction, materialB.friction);
     manifold.staticFriction = combined<S>(staticFriction(materialA), staticFriction(materialB));
     manifold.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
     const std::array<int, 4> match =
-        before != nullptr ? matchPoints(before->geometry, geometry) : std::array<int, 4>{-1, -1, -1, -1};
+        before != nullptr ? matchPoints(found(*before), geometry) : std::array<int, 4>{-1, -1, -1, -1};
     for (std::size_t k = 0; k < static_cast<std::size_t>(geometry.count); ++k) {
         const ContactPoint& point = geometry.points[k];
         ContactPointState<S>& state = manifold.points[k];
@@ -91,14 +77,13 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
             state = old;
             old.forcesTransferred = true;
         }
-        state.geometry.onA = point.onA.cast<S>() - a.localCentre;
-        state.geometry.onB = point.onB.cast<S>() - b.localCentre;
-        state.geometry.particleA = a.def.particle;
-        state.geometry.particleB = b.def.particle;
-        state.geometry.roundA = roundPart(a.def.shapes[geometry.shapeA], point.onA, geometry.normal).template cast<S>();
-        state.geometry.roundB = roundPart(b.def.shapes[geometry.shapeB], point.onB, normalInB).template cast<S>();
-        state.geometry.normal = (state.geometry.carriedByB() ? normalInB : geometry.normal).template cast<S>();
+        state.onA = point.onA;
+        state.onB = point.onB;
+        state.feature = point.feature;
+        state.foundSeparation = point.separation;
         state.separation = static_cast<S>(point.separation);
+        manifold.isRound = manifold.isRound || !roundPart(shapeA, point.onA, geometry.normal).isZero(0) ||
+                           !roundPart(shapeB, point.onB, normalInB).isZero(0);
     }
     return manifold;
 }
@@ -138,11 +123,50 @@ double approach(const PairSide<S>& a, const PairSide<S>& b, const Vec3d& n) {
 
 }  // namespace
 
+Vec3d roundPart(const Shape& shape, const Vec3d& point, const Vec3d& normal) {
+    const Vec3d axis = shape.pose.rotation * Vec3d::UnitY();
+    const Vec3d arm = point - shape.pose.position;
+    switch (shape.kind) {
+        case ShapeKind::Sphere:
+        case ShapeKind::Ellipsoid:
+            return arm.dot(normal) * normal;
+        case ShapeKind::Capsule: {
+            const double halfHeight = shape.size.y();
+            return (arm - std::clamp(arm.dot(axis), -halfHeight, halfHeight) * axis).dot(normal) * normal;
+        }
+        case ShapeKind::Cylinder:
+        case ShapeKind::Cone: {
+            const Vec3d across = normal - normal.dot(axis) * axis;
+            // Under this it stands on its flat end.
+            return across.squaredNorm() > 0.19 ? Vec3d(arm.dot(across) / across.squaredNorm() * normal)
+                                               : Vec3d(Vec3d::Zero());
+        }
+        default:
+            return Vec3d::Zero();
+    }
+}
+
+template <class S>
+ContactGeometry<S> contactGeometry(const ContactManifold<S>& manifold, const ContactPointState<S>& point,
+                                   const Body<S>& a, const Body<S>& b) {
+    ContactGeometry<S> geometry;
+    geometry.onA = point.onA.template cast<S>() - a.localCentre;
+    geometry.onB = point.onB.template cast<S>() - b.localCentre;
+    geometry.particleA = a.def.particle;
+    geometry.particleB = b.def.particle;
+    if (manifold.isRound) {
+        geometry.roundA = roundPart(a.def.shapes[manifold.shapeA], point.onA, manifold.normal).template cast<S>();
+        geometry.roundB = roundPart(b.def.shapes[manifold.shapeB], point.onB, manifold.normalInB).template cast<S>();
+    }
+    geometry.normal = (geometry.carriedByB() ? manifold.normalInB : manifold.normal).template cast<S>();
+    return geometry;
+}
+
 template <class S>
 int PairContacts<S>::pointCount() const {
     int count = 0;
     for (const ContactManifold<S>& manifold : manifolds) {
-        count += manifold.geometry.count;
+        count += manifold.count;
     }
     return count;
 }
@@ -159,18 +183,21 @@ void PairContacts<S>::beginStep() {
 }
 
 template <class S>
-void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Pose<S>& a, const Pose<S>& b) {
+void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S>& a, const Pose<S>& poseA,
+                                const Body<S>& b, const Pose<S>& poseB) {
     for (const ContactPointState<S>& point : manifold.points) {
         if (point.forcesTransferred || point.impulse.isZero(S(0))) {
             continue;
         }
+        ContactGeometry<S> geometry = contactGeometry(manifold, point, a, b);
+        geometry.startStep(poseA, poseB);
         EndedContact& end = ended.emplace_back();
-        end.point = (S(0.5) * (a * point.geometry.onA + b * point.geometry.onB)).template cast<double>();
-        end.normal = point.geometry.direction(a, b).template cast<double>();
+        end.point = (S(0.5) * (poseA * geometry.onA + poseB * geometry.onB)).template cast<double>();
+        end.normal = geometry.direction(poseA, poseB).template cast<double>();
         end.impulse = point.impulse.template cast<double>();
         end.normalImpulse = static_cast<double>(point.normalImpulse);
-        end.shapeA = manifold.geometry.shapeA;
-        end.shapeB = manifold.geometry.shapeB;
+        end.shapeA = manifold.shapeA;
+        end.shapeB = manifold.shapeB;
         end.friction = static_cast<double>(manifold.friction);
         end.staticFriction = static_cast<double>(manifold.staticFriction);
         end.restitution = static_cast<double>(manifold.restitution);
@@ -184,15 +211,19 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     const Posed frameB = b.frame();
     const Posed aFromB = relativePose(frameA, frameB);
     const double ahead = closing(a, b, speculative.dt);
-    pair.before.clear();
     if (pair.made) {
         // What lies within the speculative bounds of this step must be among the known points.
         const double moved = movedSince(pair, aFromB, *a.body, *b.body);
         if (moved <= reuseBound(pair, speculative.reuseDistance, std::min(a.body->radius, b.body->radius)) &&
             moved + ahead <= pair.margin) {
+            if (pair.before.capacity() > 0) {
+                pair.before = {};
+            }
             for (ContactManifold<S>& manifold : pair.manifolds) {
                 for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.known); ++k) {
-                    manifold.points[k].separation = manifold.points[k].geometry.separation(a.pose, b.pose);
+                    ContactGeometry<S> geometry = contactGeometry(manifold, manifold.points[k], *a.body, *b.body);
+                    geometry.startStep(a.pose, b.pose);
+                    manifold.points[k].separation = geometry.separation(a.pose, b.pose);
                 }
             }
             return false;
@@ -214,29 +245,25 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         known = beside ? std::min(known, smallest) : known;
         return beside;
     });
-    std::vector<ContactManifold<S>> manifolds;
+    // Room goes back and forth between the two: a pair that moves on and on asks for none.
+    std::vector<ContactManifold<S>>& manifolds = pair.before;
+    manifolds.clear();
     manifolds.reserve(found.size());
+    const Quatd bFromA = relativePose(frameB, frameA).rotation;
     for (const Manifold& geometry : found) {
         ContactManifold<S>* before = nullptr;
         for (ContactManifold<S>& old : pair.manifolds) {
-            if (old.geometry.shapeA == geometry.shapeA && old.geometry.shapeB == geometry.shapeB &&
-                old.geometry.id == geometry.id) {
+            if (old.shapeA == geometry.shapeA && old.shapeB == geometry.shapeB && old.id == geometry.id) {
                 before = &old;
             }
         }
-        const Vec3d normalInB = relativePose(frameB, frameA).rotation * geometry.normal;
-        manifolds.push_back(makeManifold(geometry, *a.body, *b.body, normalInB, before));
+        manifolds.push_back(makeManifold<S>(geometry, *a.body, *b.body, bFromA * geometry.normal, before));
     }
     for (const ContactManifold<S>& old : pair.manifolds) {
-        pair.endPoints(old, a.pose, b.pose);
+        pair.endPoints(old, *a.body, a.pose, *b.body, b.pose);
     }
-    for (ContactManifold<S>& manifold : manifolds) {
-        for (ContactPointState<S>& point : manifold.points) {
-            point.geometry.startStep(a.pose, b.pose);
-        }
-    }
-    pair.before = std::move(pair.manifolds);
-    pair.manifolds = std::move(manifolds);
+    pair.before.swap(pair.manifolds);
+    pair.isNew = true;
     pair.aFromB = aFromB;
     pair.margin = known;
     pair.made = true;
@@ -246,82 +273,135 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
 template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies,
                              const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
-    const auto rests = [&](std::uint32_t i) { return !bodies[i].awake || bodies[i].def.type == BodyType::Static; };
-    const auto drop = [&](PairContacts<S>& pair) {
-        if (rests(pair.pair.a) && rests(pair.pair.b)) {
-            restingPoints_ += pair.pointCount();
-            resting_.emplace(pair.pair, std::move(pair));
-            return;
-        }
-        const Pose<S>& a = bodies[pair.pair.a].pose;
-        const Pose<S>& b = bodies[pair.pair.b].pose;
-        for (const ContactManifold<S>& manifold : pair.manifolds) {
-            pair.endPoints(manifold, a, b);
-        }
-        if (!pair.ended.empty()) {
-            gone_.push_back(std::move(pair));
-        }
-    };
-    next_.clear();
-    next_.reserve(near.size());
-    auto old = pairs_.begin();
-    for (const ProxyPair& pair : near) {
-        while (old != pairs_.end() && old->pair < pair) {
-            drop(*old++);
-        }
-        if (old != pairs_.end() && old->pair == pair) {
-            next_.push_back(std::move(*old++));
-        } else if (const auto kept = resting_.find(pair); kept != resting_.end()) {
-            restingPoints_ -= kept->second.pointCount();
-            next_.push_back(std::move(kept->second));
-            resting_.erase(kept);
-        } else {
-            next_.emplace_back().pair = pair;
-        }
+    follow(near, bodies);
+    collide(bodies, speculative, jobs, onlyChanged);
+    cull(bodies, jobs, onlyChanged);
+}
+
+template <class S>
+void ContactTable<S>::leave(PairContacts<S>& pair, const BodyTable<S>& bodies) {
+    const Body<S>& a = bodies[pair.pair.a];
+    const Body<S>& b = bodies[pair.pair.b];
+    if (a.rests() && b.rests()) {
+        restingPoints_ += pair.pointCount();
+        resting_.emplace(pair.pair, std::move(pair));
+        return;
     }
-    while (old != pairs_.end()) {
-        drop(*old++);
+    for (const ContactManifold<S>& manifold : pair.manifolds) {
+        pair.endPoints(manifold, a, a.pose, b, b.pose);
     }
-    pairs_.swap(next_);
+    if (!pair.ended.empty()) {
+        gone_.push_back(std::move(pair));
+    }
+}
+
+template <class S>
+void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies) {
+    if (!std::equal(pairs_.begin(), pairs_.end(), near.begin(), near.end(),
+                    [](const PairContacts<S>& old, const ProxyPair& pair) { return old.pair == pair; })) {
+        next_.clear();
+        next_.reserve(near.size());
+        auto old = pairs_.begin();
+        for (const ProxyPair& pair : near) {
+            while (old != pairs_.end() && old->pair < pair) {
+                leave(*old++, bodies);
+            }
+            if (old != pairs_.end() && old->pair == pair) {
+                next_.push_back(std::move(*old++));
+            } else if (const auto kept = resting_.find(pair); kept != resting_.end()) {
+                restingPoints_ -= kept->second.pointCount();
+                next_.push_back(std::move(kept->second));
+                next_.back().isNew = true;
+                resting_.erase(kept);
+            } else {
+                next_.emplace_back().pair = pair;
+            }
+        }
+        while (old != pairs_.end()) {
+            leave(*old++, bodies);
+        }
+        pairs_.swap(next_);
+        next_.clear();
+    } else if (next_.capacity() > 0) {
+        next_ = {};
+    }
     if (hasWoken_) {
         std::erase_if(resting_, [&](const auto& entry) {
-            const bool isLeft = !rests(entry.first.a) || !rests(entry.first.b);
+            const bool isLeft = !bodies[entry.first.a].rests() || !bodies[entry.first.b].rests();
             restingPoints_ -= isLeft ? entry.second.pointCount() : 0;
             return isLeft;
         });
         hasWoken_ = false;
     }
+}
 
+template <class S>
+void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs,
+                              bool onlyChanged) {
     countsOf_.assign(pairs_.size(), {});
     isCarried_.assign(pairs_.size(), 0);
     parallelFor(jobs, pairs_.size(), 32, [&](std::size_t i) {
         PairContacts<S>& pair = pairs_[i];
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
-        const bool moves =
-            onlyChanged ? a.changed || b.changed
-                        : (a.awake && a.def.type != BodyType::Static) || (b.awake && b.def.type != BodyType::Static);
-        if (moves || !pair.made) {
-            const bool anew =
-                collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, speculative, countsOf_[i]);
-            isCarried_[i] = anew ? 0 : 1;
+        const bool changed = a.changed || b.changed;
+        pair.isNew = pair.isNew || changed;
+        if (pair.made && (onlyChanged ? !changed : a.stands() && b.stands())) {
+            if (pair.before.capacity() > 0) {
+                pair.before = {};
+            }
+            isCarried_[i] = !onlyChanged && !(a.rests() && b.rests()) ? 1 : 0;
+            return;
         }
+        const bool anew =
+            collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, speculative, countsOf_[i]);
+        isCarried_[i] = anew ? 0 : 1;
     });
-    ground_.clear();
-    for (PairContacts<S>& pair : pairs_) {
-        const Body<S>& a = bodies[pair.pair.a];
-        const Body<S>& b = bodies[pair.pair.b];
-        if (onlyChanged && !a.changed && !b.changed) {
-            continue;
-        }
-        addGroundPair<S>(ground_, pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w});
-    }
-    cullInternalEdges(ground_, jobs);
     counts_ = {};
     carried_ = static_cast<int>(std::count(isCarried_.begin(), isCarried_.end(), 1));
     for (const NarrowCounts& c : countsOf_) {
         counts_ += c;
     }
+}
+
+template <class S>
+void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onlyChanged) {
+    // All pairs of a body of which one may have changed.
+    const auto isGroundPair = [&](const PairContacts<S>& pair, std::uint32_t& mover) {
+        const Body<S>& a = bodies[pair.pair.a];
+        const Body<S>& b = bodies[pair.pair.b];
+        mover = a.isDynamic() ? pair.pair.a : pair.pair.b;
+        return !pair.manifolds.empty() && a.isDynamic() != b.isDynamic() && bodies[mover].awake;
+    };
+    isToCull_.resize(bodies.slotCount(), 0);
+    std::uint32_t mover = 0;
+    bool any = false;
+    for (const PairContacts<S>& pair : pairs_) {
+        const Body<S>& a = bodies[pair.pair.a];
+        const Body<S>& b = bodies[pair.pair.b];
+        if ((onlyChanged ? a.changed || b.changed : !(a.stands() && b.stands())) && isGroundPair(pair, mover)) {
+            isToCull_[mover] = 1;
+            any = true;
+        }
+    }
+    if (!any) {
+        ground_ = {};
+        return;
+    }
+    ground_.clear();
+    for (PairContacts<S>& pair : pairs_) {
+        if (isGroundPair(pair, mover) && isToCull_[mover] != 0) {
+            addGroundPair<S>(ground_, pair, bodies[pair.pair.a], bodies[pair.pair.b]);
+        }
+    }
+    for (const GroundPair<S>& pair : ground_) {
+        isToCull_[pair.mover] = 0;
+    }
+    const auto side = [&](std::uint32_t body) {
+        const Body<S>& b = bodies[body];
+        return PairSide<S>{&b, b.pose, b.v, b.w};
+    };
+    cullInternalEdges<S>(ground_, side, jobs);
 }
 
 template <class S>

@@ -7,13 +7,18 @@
 #include "engine/model/body.hpp"
 
 #include <map>
+#include <span>
 
 namespace cairn {
 
+// A contact point as it is kept from step to step.
 template <class S>
 struct ContactPointState {
-    ContactGeometry<S> geometry;         // from the centres of mass
-    S separation = 0;                    // m, at the start of the step
+    Vec3d onA = Vec3d::Zero();  // m, on the surface of each body, in its frame
+    Vec3d onB = Vec3d::Zero();
+    std::uint64_t feature = 0;           // as ContactPoint's
+    double foundSeparation = 0;          // m, when the narrow phase found it
+    S separation = 0;                    // m, where the bodies were last looked at
     S error = 0;                         // m, StepError::position of this point, after the last step
     S normalForce = 0;                   // N
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
@@ -23,18 +28,38 @@ struct ContactPointState {
     Vec3<S> impulse = Vec3<S>::Zero();
     S normalImpulse = 0;
     bool forcesTransferred = false;  // whether a point of the next manifold has taken over the forces
+
+    ContactPoint found() const { return {onA, onB, foundSeparation, feature}; }
 };
 
 // One manifold with the surface it stands for.
 template <class S>
 struct ContactManifold {
-    Manifold geometry;
-    int known = 0;  // points found; those after the first geometry.count carry nothing (internal_edges.hpp)
+    std::uint32_t shapeA = 0;
+    std::uint32_t shapeB = 0;
+    std::uint32_t id = 0;              // as Manifold's
+    std::int8_t count = 0;             // points in force
+    std::int8_t known = 0;             // points found; those after the first `count` carry nothing (internal_edges.hpp)
+    bool isRound = false;              // whether a shape rolls at one of its points: see ContactGeometry
+    Vec3d normal = Vec3d::UnitY();     // unit, from A to B, in A's frame
+    Vec3d normalInB = Vec3d::UnitY();  // the same in B's, when it was found
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
     std::array<ContactPointState<S>, 4> points;
+
+    std::span<ContactPointState<S>> inForce() { return {points.data(), static_cast<std::size_t>(count)}; }
+    std::span<const ContactPointState<S>> inForce() const { return {points.data(), static_cast<std::size_t>(count)}; }
 };
+
+// What a solver sees of a point; it stands where the bodies stand.
+template <class S>
+ContactGeometry<S> contactGeometry(const ContactManifold<S>& manifold, const ContactPointState<S>& point,
+                                   const Body<S>& a, const Body<S>& b);
+// The part of a contact point's arm that does not turn with a shape which rolls over it (ContactGeometry): along the
+// normal, from the centre or the axis of the round; 0 where the surface is flat. Body frame; the normal of either
+// sense.
+Vec3d roundPart(const Shape& shape, const Vec3d& point, const Vec3d& normal);
 
 // A point that gave an impulse in the step and is no contact any more at its end: what bounced, slid off or broke
 // loose.
@@ -57,15 +82,17 @@ struct PairContacts {
     Posed aFromB;       // at which the manifolds were made
     double margin = 0;  // m, as far as which they were looked for
     bool made = false;
+    bool isNew = true;  // not as it was when its island was last solved
     std::vector<ContactManifold<S>> manifolds;
-    std::vector<ContactManifold<S>> before;  // those that were replaced in this step
+    std::vector<ContactManifold<S>> before;  // those that the last look replaced
     std::vector<EndedContact> ended;         // of this step
 
     int pointCount() const;  // in force
     // No impulse has been given yet.
     void beginStep();
     // Notes the points of a manifold that gave an impulse and hand nothing on.
-    void endPoints(const ContactManifold<S>& manifold, const Pose<S>& a, const Pose<S>& b);
+    void endPoints(const ContactManifold<S>& manifold, const Body<S>& a, const Pose<S>& poseA, const Body<S>& b,
+                   const Pose<S>& poseB);
 };
 
 // How far apart contacts are looked for speculatively: `margin` (m), and further where two bodies can close a gap
@@ -100,8 +127,6 @@ template <class S>
 struct GroundPair {
     std::uint32_t mover;  // index of the moving body
     PairContacts<S>* contacts;
-    PairSide<S> body;
-    PairSide<S> ground;
     bool groundIsB;
 };
 
@@ -109,7 +134,7 @@ template <class S>
 class ContactTable {
 public:
     // Follows the sorted list of near pairs and runs the narrow phase where a pair moved; with `onlyChanged`, where a
-    // body has changed between two steps (Body::changed).
+    // body has changed between two steps (Body::changed). What is settled (Body::settled) has not moved.
     void update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const SpeculativeBounds& speculative,
                 JobSystem& jobs, bool onlyChanged = false);
     // Forgets the pairs that came apart in the last step.
@@ -130,6 +155,12 @@ public:
     int carried() const { return carried_; }  // pairs that kept their manifolds in it though awake
 
 private:
+    // Follows the list of near pairs.
+    void follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies);
+    void leave(PairContacts<S>& pair, const BodyTable<S>& bodies);
+    void collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged);
+    void cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onlyChanged);
+
     std::vector<PairContacts<S>> pairs_;  // sorted
     // Room for update().
     std::vector<PairContacts<S>> next_;
@@ -140,6 +171,7 @@ private:
     std::vector<NarrowCounts> countsOf_;  // by pair
     std::vector<std::uint8_t> isCarried_;
     std::vector<GroundPair<S>> ground_;
+    std::vector<std::uint8_t> isToCull_;  // by body; all 0 between calls
 
     NarrowCounts counts_;
     int carried_ = 0;

@@ -17,14 +17,34 @@ double planeSlack(double size) {
     return std::min(1e-4, 2e-3 * size);
 }
 
+// A ground pair with its bodies where they are.
+template <class S>
+struct PlacedPair {
+    PairContacts<S>* contacts;
+    bool groundIsB;
+    PairSide<S> body;
+    PairSide<S> ground;
+
+    PlacedPair(const GroundPair<S>& pair, const SideOf<S>& side)
+        : contacts(pair.contacts),
+          groundIsB(pair.groundIsB),
+          body(side(pair.mover)),
+          ground(side(pair.groundIsB ? pair.contacts->pair.b : pair.contacts->pair.a)) {}
+};
+
 // The manifolds of one body with its ground, in the body's frame.
 template <class S>
 class InternalEdges {
 public:
-    explicit InternalEdges(std::span<const GroundPair<S>> pairs) : pairs_(pairs) {}
+    InternalEdges(std::span<const GroundPair<S>> pairs, const SideOf<S>& side) {
+        pairs_.reserve(pairs.size());
+        for (const GroundPair<S>& pair : pairs) {
+            pairs_.emplace_back(pair, side);
+        }
+    }
 
     void cull() {
-        for (const GroundPair<S>& pair : pairs_) {
+        for (const PlacedPair<S>& pair : pairs_) {
             addManifolds(pair);
         }
         findSurfaces();
@@ -48,7 +68,7 @@ public:
 private:
     struct GroundManifold {
         ContactManifold<S>* contacts;
-        const GroundPair<S>* pair;
+        const PlacedPair<S>* pair;
         Posed bodyFromGround;
         std::uint32_t shape;   // of the body
         std::uint32_t ground;  // shape of the ground
@@ -56,7 +76,7 @@ private:
         std::array<bool, 4> inForce{};
         std::size_t surface = SIZE_MAX;  // the first manifold of its plane and material
 
-        const ContactPoint& point(int k) const { return contacts->geometry.points[static_cast<std::size_t>(k)]; }
+        const ContactPointState<S>& point(int k) const { return contacts->points[static_cast<std::size_t>(k)]; }
         Vec3d onBody(int k) const { return pair->groundIsB ? point(k).onA : point(k).onB; }
         Vec3d onGround(int k) const { return bodyFromGround * (pair->groundIsB ? point(k).onB : point(k).onA); }
         // The place of the body that a contact holds up: of what is round the centre, or that of the ball on its axis.
@@ -65,8 +85,9 @@ private:
             if (met.kind == ShapeKind::Ellipsoid) {
                 return met.pose.position;
             }
-            const ContactGeometry<S>& geometry = contacts->points[static_cast<std::size_t>(k)].geometry;
-            return onBody(k) - (pair->groundIsB ? geometry.roundA : geometry.roundB).template cast<double>();
+            const Vec3d& normalInBody = pair->groundIsB ? contacts->normal : contacts->normalInB;
+            const Vec3<S> round = roundPart(met, onBody(k), normalInBody).template cast<S>();
+            return onBody(k) - round.template cast<double>();
         }
     };
     struct PointRef {
@@ -74,17 +95,17 @@ private:
         int point;
     };
 
-    void addManifolds(const GroundPair<S>& pair) {
+    void addManifolds(const PlacedPair<S>& pair) {
         const Posed bodyFromGround = relativePose(pair.body.frame(), pair.ground.frame());
         for (ContactManifold<S>& contacts : pair.contacts->manifolds) {
             GroundManifold& manifold = manifolds_.emplace_back();
             manifold.contacts = &contacts;
             manifold.pair = &pair;
             manifold.bodyFromGround = bodyFromGround;
-            manifold.shape = pair.groundIsB ? contacts.geometry.shapeA : contacts.geometry.shapeB;
-            manifold.ground = pair.groundIsB ? contacts.geometry.shapeB : contacts.geometry.shapeA;
-            manifold.normal = pair.groundIsB ? Vec3d(-contacts.geometry.normal)
-                                             : Vec3d(bodyFromGround.rotation * contacts.geometry.normal);
+            manifold.shape = pair.groundIsB ? contacts.shapeA : contacts.shapeB;
+            manifold.ground = pair.groundIsB ? contacts.shapeB : contacts.shapeA;
+            manifold.normal =
+                pair.groundIsB ? Vec3d(-contacts.normal) : Vec3d(bodyFromGround.rotation * contacts.normal);
             std::fill_n(manifold.inForce.begin(), contacts.known, true);
         }
     }
@@ -227,7 +248,7 @@ private:
         const Posed shapeFromBody = first.pair->body.body->def.shapes[first.shape].pose.inverse();
         std::vector<ContactPoint> points;
         for (const PointRef& ref : refs) {
-            points.push_back(manifolds_[ref.manifold].point(ref.point));
+            points.push_back(manifolds_[ref.manifold].point(ref.point).found());
             points.back().onA = shapeFromBody * manifolds_[ref.manifold].onBody(ref.point);
         }
         std::array<int, 4> chosen{};
@@ -262,13 +283,12 @@ private:
         std::size_t count = 0;
         for (std::size_t k = 0; k < static_cast<std::size_t>(contacts.known); ++k) {
             if (manifold.inForce[k]) {
-                std::swap(contacts.geometry.points[k], contacts.geometry.points[count]);
                 std::swap(contacts.points[k], contacts.points[count]);
                 std::swap(manifold.inForce[k], manifold.inForce[count]);
                 ++count;
             }
         }
-        contacts.geometry.count = static_cast<int>(count);
+        contacts.count = static_cast<std::int8_t>(count);
     }
 
     // What a point carried that is no longer in force goes to the one that took its place on the next piece.
@@ -282,24 +302,24 @@ private:
             bool taken = false;
         };
         std::vector<Lost> lost;
-        const auto lose = [&](const GroundPair<S>& pair, const ContactManifold<S>& manifold, std::size_t k) {
-            const ContactPoint& point = manifold.geometry.points[k];
-            if (manifold.points[k].normalForce != S(0)) {
-                lost.push_back({pair.groundIsB ? manifold.geometry.shapeA : manifold.geometry.shapeB,
-                                pair.groundIsB ? point.onA : point.onB, point.feature, manifold.points[k],
+        const auto lose = [&](const PlacedPair<S>& pair, const ContactManifold<S>& manifold, std::size_t k) {
+            const ContactPointState<S>& point = manifold.points[k];
+            if (point.normalForce != S(0)) {
+                lost.push_back({pair.groundIsB ? manifold.shapeA : manifold.shapeB,
+                                pair.groundIsB ? point.onA : point.onB, point.feature, point,
                                 pair.groundIsB ? S(-1) : S(1)});
             }
         };
-        for (const GroundPair<S>& pair : pairs_) {
+        for (const PlacedPair<S>& pair : pairs_) {
             for (const ContactManifold<S>& manifold : pair.contacts->before) {
-                for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.geometry.count); ++k) {
+                for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.count); ++k) {
                     if (!manifold.points[k].forcesTransferred) {
                         lose(pair, manifold, k);
                     }
                 }
             }
             for (ContactManifold<S>& manifold : pair.contacts->manifolds) {
-                for (std::size_t k = static_cast<std::size_t>(manifold.geometry.count);
+                for (std::size_t k = static_cast<std::size_t>(manifold.count);
                      k < static_cast<std::size_t>(manifold.known); ++k) {
                     lose(pair, manifold, k);
                     manifold.points[k].normalForce = S(0);
@@ -309,7 +329,7 @@ private:
             }
         }
         for (const GroundManifold& manifold : manifolds_) {
-            for (int k = 0; k < manifold.contacts->geometry.count; ++k) {
+            for (int k = 0; k < manifold.contacts->count; ++k) {
                 ContactPointState<S>& state = manifold.contacts->points[static_cast<std::size_t>(k)];
                 if (state.normalForce != S(0)) {
                     continue;
@@ -391,13 +411,13 @@ private:
         });
     }
 
-    std::span<const GroundPair<S>> pairs_;
+    std::vector<PlacedPair<S>> pairs_;
     std::vector<GroundManifold> manifolds_;
 };
 
 // Whether no point of the body slips over the ground faster than the least speed that counts as sliding.
 template <class S>
-bool isSlow(const GroundPair<S>& pair) {
+bool isSlow(const PlacedPair<S>& pair) {
     constexpr double sure = 0.5;  // a point may lie a little outside the body
     const PairSide<S>& body = pair.body;
     const double fastest = static_cast<double>(body.v.norm()) + static_cast<double>(body.w.norm()) * body.body->radius;
@@ -406,12 +426,12 @@ bool isSlow(const GroundPair<S>& pair) {
 
 // One manifold alone, all in force, that does not slide: most bodies, most of the time.
 template <class S>
-void closeRun(std::span<const GroundPair<S>> pairs) {
+void closeRun(std::span<const GroundPair<S>> pairs, const SideOf<S>& side) {
     const std::vector<ContactManifold<S>>& manifolds = pairs.front().contacts->manifolds;
     const bool isOne = pairs.size() == 1 && manifolds.size() == 1;
-    if (!isOne || manifolds.front().geometry.count != manifolds.front().known ||
-        (manifolds.front().known == 4 && !isSlow(pairs.front()))) {
-        InternalEdges<S>(pairs).cull();
+    if (!isOne || manifolds.front().count != manifolds.front().known ||
+        (manifolds.front().known == 4 && !isSlow(PlacedPair<S>(pairs.front(), side)))) {
+        InternalEdges<S>(pairs, side).cull();
     }
 }
 
@@ -433,40 +453,39 @@ void forEachRun(std::vector<GroundPair<S>>& pairs, Close close) {
 }  // namespace
 
 template <class S>
-void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b) {
-    const bool movesA = a.body->isDynamic();
-    if (pair.manifolds.empty() || movesA == b.body->isDynamic()) {
+void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const Body<S>& a, const Body<S>& b) {
+    const bool movesA = a.isDynamic();
+    if (pair.manifolds.empty() || movesA == b.isDynamic()) {
         return;
     }
-    const PairSide<S>& body = movesA ? a : b;
-    if (body.body->awake) {
-        out.push_back({movesA ? pair.pair.a : pair.pair.b, &pair, body, movesA ? b : a, movesA});
+    if ((movesA ? a : b).awake) {
+        out.push_back({movesA ? pair.pair.a : pair.pair.b, &pair, movesA});
     }
 }
 
 template <class S>
-void cullInternalEdges(std::vector<GroundPair<S>>& pairs, JobSystem& jobs) {
+void cullInternalEdges(std::vector<GroundPair<S>>& pairs, SideOf<S> side, JobSystem& jobs) {
     if (jobs.threadCount() == 1) {
-        cullInternalEdges(pairs);
+        cullInternalEdges(pairs, side);
         return;
     }
     std::vector<std::span<const GroundPair<S>>> runs;
     forEachRun(pairs, [&](std::span<const GroundPair<S>> run) { runs.push_back(run); });
-    parallelFor(jobs, runs.size(), 16, [&](std::size_t i) { closeRun(runs[i]); });
+    parallelFor(jobs, runs.size(), 16, [&](std::size_t i) { closeRun<S>(runs[i], side); });
 }
 
 template <class S>
-void cullInternalEdges(std::vector<GroundPair<S>>& pairs) {
-    forEachRun(pairs, [](std::span<const GroundPair<S>> run) { closeRun(run); });
+void cullInternalEdges(std::vector<GroundPair<S>>& pairs, SideOf<S> side) {
+    forEachRun(pairs, [&](std::span<const GroundPair<S>> run) { closeRun<S>(run, side); });
 }
 
-template void addGroundPair(std::vector<GroundPair<float>>&, PairContacts<float>&, const PairSide<float>&,
-                            const PairSide<float>&);
-template void addGroundPair(std::vector<GroundPair<double>>&, PairContacts<double>&, const PairSide<double>&,
-                            const PairSide<double>&);
-template void cullInternalEdges(std::vector<GroundPair<float>>&, JobSystem&);
-template void cullInternalEdges(std::vector<GroundPair<double>>&, JobSystem&);
-template void cullInternalEdges(std::vector<GroundPair<float>>&);
-template void cullInternalEdges(std::vector<GroundPair<double>>&);
+template void addGroundPair(std::vector<GroundPair<float>>&, PairContacts<float>&, const Body<float>&,
+                            const Body<float>&);
+template void addGroundPair(std::vector<GroundPair<double>>&, PairContacts<double>&, const Body<double>&,
+                            const Body<double>&);
+template void cullInternalEdges(std::vector<GroundPair<float>>&, SideOf<float>, JobSystem&);
+template void cullInternalEdges(std::vector<GroundPair<float>>&, SideOf<float>);
+template void cullInternalEdges(std::vector<GroundPair<double>>&, SideOf<double>, JobSystem&);
+template void cullInternalEdges(std::vector<GroundPair<double>>&, SideOf<double>);
 
 }  // namespace cairn

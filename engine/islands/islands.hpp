@@ -1,19 +1,23 @@
 #pragma once
 // Who can push whom: bodies, joints and contacts split into islands that can be solved apart from each other; and their
 // sleep.
-#include "engine/islands/island.hpp"
+#include "engine/constraints/joint.hpp"
+#include "engine/contacts/contacts.hpp"
 
 #include <map>
+#include <span>
 
 namespace cairn {
 
-// What moves the bodies of a world beside their constraints.
-template <class S>
-struct MotionSettings {
-    Vec3<S> gravity = Vec3<S>::Zero();  // m/s2
-    GyroscopicRule gyroscopic = GyroscopicRule::Midpoint;
-    bool gyroscopicInertia = false;
-    bool detectsWithin = false;  // contacts may be looked for anew within the step: pairs without any are needed too
+// Bodies that can push one another within a step, as ranges of the lists that all islands share.
+struct Island {
+    std::span<const std::uint32_t> bodies;  // dynamic, rising
+    std::span<const std::uint32_t> joints;
+    std::span<const std::uint32_t> pairs;  // places in ContactTable::pairs(), as it was at rebuild()
+    int before = -1;                       // the island of the last step with the same lowest body; -1: none
+    bool isDriven = false;                 // touches, or is joined to, a kinematic body that moves
+
+    std::uint32_t lowest() const { return bodies.front(); }
 };
 
 // Who takes part in a step, in rising order: moving bodies that do not sleep, and the joints between them.
@@ -25,12 +29,17 @@ struct AwakeSet {
 template <class S>
 class Islands {
 public:
-    // Builds the awake islands, in order of their lowest body. What touches an awake body must be awake.
-    void rebuild(BodyTable<S>& bodies, const AwakeSet& awake, JointTable<S>& joints, ContactTable<S>& contacts,
-                 const MotionSettings<S>& motion);
-    std::vector<Island<S>>& awake() { return awake_; }
-    // Of the islands of the last rebuild() the one that a moving body is in; -1: asleep.
+    // Builds the awake islands, in order of their lowest body. What touches an awake body must be awake. With
+    // `nearPairs` an island has the pairs that do not touch too.
+    void rebuild(const BodyTable<S>& bodies, const AwakeSet& awake, const JointTable<S>& joints,
+                 ContactTable<S>& contacts, bool nearPairs);
+    const std::vector<Island>& awake() const { return awake_; }
+    // Of the islands of the last rebuild() the one that a moving body is in; -1: none.
     int of(std::uint32_t body) const { return body < islandOf_.size() ? islandOf_[body] : -1; }
+    // The place of a dynamic body among those of its island.
+    int placeOf(std::uint32_t body) const { return placeOf_[body]; }
+    // lambda of a body's axis locks after the last step, N or N m.
+    std::vector<S>& lockLambda(std::uint32_t body) { return lockLambda_.at(body); }
 
     // The bodies of each island that may fall asleep: all have stayed within `sleep.distance` for `sleep.time`.
     std::vector<std::vector<std::uint32_t>> updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt);
@@ -38,21 +47,28 @@ public:
     void forget(std::uint32_t body) { lockLambda_.erase(body); }  // it left the world
 
 private:
-    using Memory = typename Island<S>::Memory;
-
     std::uint32_t root(std::uint32_t body);
     void join(std::uint32_t a, std::uint32_t b);
-    // Where the body is among those of island k; a fixed one is added when the island first meets it.
-    int localOf(int k, std::uint32_t body, const BodyTable<S>& bodies, const MotionSettings<S>& motion);
-    // What was kept of the island of the last step whose lowest body this is.
-    Memory recall(std::uint32_t lowest);
+    void connect(const BodyTable<S>& bodies, const AwakeSet& awake, const JointTable<S>& joints,
+                 const ContactTable<S>& contacts);
+    // Numbers the islands, in order of their lowest body; gives how many there are.
+    std::size_t number(const BodyTable<S>& bodies, const AwakeSet& awake);
+    void findDriven(const BodyTable<S>& bodies, const AwakeSet& awake, const JointTable<S>& joints,
+                    const ContactTable<S>& contacts);
+    // Sorts `items` into islands by `islandFor(item)` (-1: none), and sets that range of each.
+    template <class IslandFor>
+    void sort(std::size_t items, const IslandFor& islandFor, std::vector<std::uint32_t>& list,
+              std::span<const std::uint32_t> Island::*range);
 
     std::vector<std::uint32_t> parent_;
-    std::vector<int> islandOf_;  // by body; of a fixed one, the island that met it last
-    std::vector<int> local_;     // by body: its index there
-    std::vector<Island<S>> awake_;
-    std::vector<std::pair<std::uint32_t, Memory>> memory_;  // of the islands of the last step, sorted by lowest body
-    std::map<std::uint32_t, std::vector<S>> lockLambda_;    // of axis locks, by body
+    std::vector<int> islandOf_;  // by body; of those that are not dynamic and awake -1
+    std::vector<int> placeOf_;   // by body
+    std::vector<Island> awake_;
+    std::vector<std::uint32_t> bodyList_, jointList_, pairList_;
+    std::vector<std::uint32_t> begins_;                   // room of sort()
+    std::vector<int> islandOfItem_;                       // likewise
+    std::vector<std::uint32_t> lastLowest_;               // bodies of the islands of the last step
+    std::map<std::uint32_t, std::vector<S>> lockLambda_;  // by body
 };
 
 }  // namespace cairn

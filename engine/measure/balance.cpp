@@ -41,10 +41,10 @@ Vec6<S> motionOf(const SolverBody<S>& body, S& twiceEnergy) {
 }
 
 template <class S>
-bool touchesDriven(const Island<S>& island, const RowBlock<S>& block) {
+bool touchesDriven(const Problem<S>& problem, const RowBlock<S>& block) {
     bool driven = false;
     for (int k = 0; k < block.bodyCount(); ++k) {
-        const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+        const SolverBody<S>& body = problem.bodies[static_cast<std::size_t>(block.body(k))];
         driven = driven || (body.fixed && !body.v.isZero(S(0)));
     }
     return driven;
@@ -52,10 +52,10 @@ bool touchesDriven(const Island<S>& island, const RowBlock<S>& block) {
 
 // Twice the mean speed at which the row's dynamic bodies went along it.
 template <class S>
-S workedOver(const Island<S>& island, const Row<S>& row, const RowBlock<S>& block) {
+S workedOver(const Problem<S>& problem, const Row<S>& row, const RowBlock<S>& block) {
     S sum = 0;
     for (int k = 0; k < block.bodyCount(); ++k) {
-        const SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(k))];
+        const SolverBody<S>& body = problem.bodies[static_cast<std::size_t>(block.body(k))];
         if (!body.fixed) {
             sum += bodyGradient(row, block, k).dot(body.vBefore + body.v);
         }
@@ -66,9 +66,9 @@ S workedOver(const Island<S>& island, const Row<S>& row, const RowBlock<S>& bloc
 }  // namespace
 
 template <class S>
-Balance<S>::Balance(const Island<S>& island, bool balances) : balances_(balances) {
-    momentum_.reserve(island.bodies.size());
-    for (const SolverBody<S>& body : island.bodies) {
+Balance<S>::Balance(const Problem<S>& problem, bool balances) : balances_(balances) {
+    momentum_.reserve(problem.bodies.size());
+    for (const SolverBody<S>& body : problem.bodies) {
         S twiceEnergy = 0;
         momentum_.push_back(body.fixed ? Vec6<S>(Vec6<S>::Zero()) : motionOf(body, twiceEnergy));
         kineticEnergy_ += S(0.5) * twiceEnergy;
@@ -76,8 +76,8 @@ Balance<S>::Balance(const Island<S>& island, bool balances) : balances_(balances
 }
 
 template <class S>
-void Balance<S>::close(Island<S>& island, S h, SolveReport& report) {
-    const bool balance = !balances_ || isFirst_ || island.isLast;
+void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
+    const bool balance = !balances_ || isFirst_ || problem.limits.isLast;
     isFirst_ = false;
     S explained = 0;
     S after = 0;          // J
@@ -85,10 +85,10 @@ void Balance<S>::close(Island<S>& island, S h, SolveReport& report) {
     bool drives = false;  // whether a fixed body moves
     Vec3<S> defect = Vec3<S>::Zero();
     static thread_local std::vector<Vec6<S>> room;
-    room.resize(island.bodies.size());
+    room.resize(problem.bodies.size());
     Vec6<S>* const momentumResidual = room.data();
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        const SolverBody<S>& body = island.bodies[i];
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        const SolverBody<S>& body = problem.bodies[i];
         explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
         weight += body.force.template head<3>().norm();
         if (!body.fixed && !body.offset.isZero()) {
@@ -110,12 +110,12 @@ void Balance<S>::close(Island<S>& island, S h, SolveReport& report) {
     S force = balance ? S(0) : force_;
     // Contacts add no energy, unless what moves by itself takes part.
     const bool asksContacts = balance || drives;
-    const std::size_t blocks = asksContacts ? island.blocks.size() : static_cast<std::size_t>(island.jointBlocks);
+    const std::size_t blocks = asksContacts ? problem.blocks.size() : static_cast<std::size_t>(problem.jointBlocks);
     for (std::size_t n = 0; n < blocks; ++n) {
-        const RowBlock<S>& block = island.blocks[n];
-        const bool driven = drives && touchesDriven(island, block);
+        const RowBlock<S>& block = problem.blocks[n];
+        const bool driven = drives && touchesDriven(problem, block);
         const auto count = [&](int body, const Vec6<S>& given) {
-            const SolverBody<S>& to = island.bodies[static_cast<std::size_t>(body)];
+            const SolverBody<S>& to = problem.bodies[static_cast<std::size_t>(body)];
             if (to.fixed) {
                 // What the fixed body takes, the others get from outside.
                 defect += given.template head<3>();
@@ -127,7 +127,7 @@ void Balance<S>::close(Island<S>& island, S h, SolveReport& report) {
         Vec6<S> onB = Vec6<S>::Zero();
         bool gives = false;
         for (int r = 0; r < block.count; ++r) {
-            const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
+            const Row<S>& row = problem.rows[static_cast<std::size_t>(block.first + r)];
             const S p = h * row.lambda;
             if (p == S(0)) {
                 continue;
@@ -136,7 +136,7 @@ void Balance<S>::close(Island<S>& island, S h, SolveReport& report) {
             force += balance ? std::abs(row.lambda) : S(0);
             const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
             if (row.isSoft() || motor || driven) {
-                explained += S(0.5) * p * workedOver(island, row, block);
+                explained += S(0.5) * p * workedOver(problem, row, block);
             }
             onA += p * row.a;
             onB += p * row.b;
@@ -163,8 +163,8 @@ void Balance<S>::close(Island<S>& island, S h, SolveReport& report) {
         return;
     }
     S squared = 0;
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        SolverBody<S>& body = island.bodies[i];
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        SolverBody<S>& body = problem.bodies[i];
         if (body.fixed) {
             continue;
         }

@@ -1,6 +1,6 @@
 #pragma once
 // What a sub-step did to the energy and momentum of an island, against what its forces can account for.
-#include "engine/islands/island.hpp"
+#include "engine/problem/problem.hpp"
 
 namespace cairn {
 
@@ -9,7 +9,7 @@ template <class S>
 class Balance {
 public:
     // balances: Solver::balances().
-    Balance(const Island<S>& island, bool balances);
+    Balance(const Problem<S>& problem, bool balances);
     // Adds to the report the energy (J) that the sub-step created and the momentum (N s) that no impulse explains.
     // Kinetic energy is compared with the work of forces by the trapezium of the twists, which contacts and joints can
     // only lower; springs, motors and kinematic bodies may add what their rows did. Creep of the loads at 1e-5 m/s is
@@ -17,7 +17,7 @@ public:
     // Each body's own balance of momentum, what it has less what it had and what forces, impacts and rows gave it, is
     // the residual of its equation of motion: |M (v - v*) - J^T p| in the norm of M^-1, sqrt(J). It is drawn in every
     // sub-step; of solvers that balance by construction in the first and the last one.
-    void close(Island<S>& island, S h, SolveReport& report);
+    void close(Problem<S>& problem, S h, SolveReport& report);
 
 private:
     bool balances_;

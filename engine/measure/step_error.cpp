@@ -1,5 +1,5 @@
 #include "engine/measure/step_error.hpp"
-#include "engine/islands/row_terms.hpp"
+#include "engine/problem/row_terms.hpp"
 
 namespace cairn {
 namespace {
@@ -18,27 +18,28 @@ double tighter(double a, double b) {
 template <class S>
 class Measure {
 public:
-    Measure(Island<S>& island, S h, S dt, const AccuracyDef& accuracy)
-        : island_(island), h_(h), dt_(dt), accuracy_(accuracy) {}
+    Measure(Problem<S>& problem, S h, S dt, const AccuracyDef& accuracy)
+        : problem_(problem), h_(h), dt_(dt), accuracy_(accuracy) {}
 
     void run(IslandError& error) {
-        if (island_.jointBlocks > 0) {
-            island_.jointErrors(C_);
+        if (problem_.jointBlocks > 0) {
+            problem_.jointErrors(C_);
         }
-        for (std::size_t k = 0; k < static_cast<std::size_t>(island_.jointBlocks); ++k) {
-            joint(island_.blocks[k], error);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(problem_.jointBlocks); ++k) {
+            joint(problem_.blocks[k], error);
         }
-        const RowBlock<S>* block = island_.blocks.data() + island_.jointBlocks;
-        for (const auto& link : island_.manifolds) {
-            if (link.manifold->geometry.count == 0) {
+        for (const ProblemContact<S>& met : problem_.contacts) {
+            if (met.count == 0) {
                 continue;
             }
-            const Placement<S> a(island_.bodies[static_cast<std::size_t>(link.a)].pose);
-            const Placement<S> b(island_.bodies[static_cast<std::size_t>(link.b)].pose);
+            const Placement<S> a(problem_.bodies[static_cast<std::size_t>(met.a)].pose);
+            const Placement<S> b(problem_.bodies[static_cast<std::size_t>(met.b)].pose);
+            const RowBlock<S>* block =
+                &problem_.blocks[static_cast<std::size_t>(problem_.jointBlocks + met.firstPoint)];
             const double asked = tolerance(*block);
             IslandError sum = error;  // a copy that nothing else points to stays in registers
-            for (std::size_t k = 0; k < static_cast<std::size_t>(link.manifold->geometry.count); ++k) {
-                ContactPointState<S>& point = link.manifold->points[k];
+            for (int k = met.firstPoint; k < met.firstPoint + met.count; ++k) {
+                ProblemPoint<S>& point = problem_.points[static_cast<std::size_t>(k)];
                 const S before = std::min(S(0), point.separation);
                 const S separation = point.geometry.separation(a, b);
                 sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
@@ -53,7 +54,7 @@ private:
     double tolerance(const RowBlock<S>& block) const {
         double tightest = accuracy_.position;
         for (int k = 0; k < block.bodyCount(); ++k) {
-            tightest = tighter(tightest, island_.bodies[static_cast<std::size_t>(block.body(k))].tolerance);
+            tightest = tighter(tightest, problem_.bodies[static_cast<std::size_t>(block.body(k))].tolerance);
         }
         return tightest;
     }
@@ -72,7 +73,7 @@ private:
     S arm(const RowBlock<S>& block, S delassus) const {
         S inverse = 0;
         for (int k = 0; k < block.bodyCount(); ++k) {
-            inverse += island_.bodies[static_cast<std::size_t>(block.body(k))].inverseMass;
+            inverse += problem_.bodies[static_cast<std::size_t>(block.body(k))].inverseMass;
         }
         return delassus > S(0) ? std::sqrt(inverse / delassus) : S(0);
     }
@@ -89,16 +90,16 @@ private:
         S velocity = 0;  // m/s
         for (std::size_t i = static_cast<std::size_t>(block.first);
              i < static_cast<std::size_t>(block.first + block.count); ++i) {
-            Row<S> row = island_.rows[i];
+            Row<S> row = problem_.rows[i];
             const S before = row.C;
             row.C = C_[i];
-            const S delassus = island_.responses[i].delassus;
+            const S delassus = problem_.responses[i].delassus;
             if (!(delassus > S(0))) {
                 continue;
             }
             const S lever = row.isAngular ? arm(block, delassus) : S(1);
             if (row.isVelocity) {
-                const S step = island_.rowVelocity(row, block) - row.velocity;
+                const S step = problem_.rowVelocity(row, block) - row.velocity;
                 const S perForce = delassus * h_;
                 const S residual = naturalMap<S>(perForce * row.lambda, step, perForce * row.lo, perForce * row.hi);
                 sum.constraint += static_cast<double>(residual * residual / delassus);
@@ -107,7 +108,7 @@ private:
             }
             const S perForce = delassus * h_ * h_;
             const S give =
-                row.isSoft() ? row.compliance * (row.lambda + row.damping * island_.rowVelocity(row, block)) : S(0);
+                row.isSoft() ? row.compliance * (row.lambda + row.damping * problem_.rowVelocity(row, block)) : S(0);
             const S residual = naturalMap<S>(perForce * row.lambda, row.C + give, perForce * row.lo, perForce * row.hi);
             sum.constraint += static_cast<double>(residual * residual / perForce);
             const S violation = row.violation();
@@ -127,17 +128,17 @@ private:
     }
 
     S contact(const RowBlock<S>& block, S separation, double asked, IslandError& sum) const {
-        const Row<S>* row = &island_.rows[static_cast<std::size_t>(block.first)];
+        const Row<S>* row = &problem_.rows[static_cast<std::size_t>(block.first)];
         if (separation >= S(0) && row[0].lambda == S(0)) {
             return S(0);
         }
-        const RowResponse<S>* response = &island_.responses[static_cast<std::size_t>(block.first)];
+        const RowResponse<S>* response = &problem_.responses[static_cast<std::size_t>(block.first)];
         const S delassus = response[0].delassus;
         const S residual = std::min(separation, delassus * h_ * h_ * row[0].lambda);
         sum.constraint += static_cast<double>(residual * residual / (delassus * h_ * h_));
         S slip = 0;
         S u[2] = {0, 0};
-        const S mu = block.count == 3 ? frictionCoefficient(island_, block) : S(0);
+        const S mu = block.count == 3 ? frictionCoefficient(problem_, block) : S(0);
         if (block.count == 3) {
             // Roots are dear beside the rest: most contacts are within the cone, and stick.
             const S cone = mu * row[0].lambda + static_cast<S>(sum.cone);
@@ -147,7 +148,7 @@ private:
             const S across = S(0.5) * (response[1].delassus + response[2].delassus);
             S wanted[2];
             for (int t = 0; t < 2; ++t) {
-                u[t] = island_.rowVelocity(row[1 + t], block);
+                u[t] = problem_.rowVelocity(row[1 + t], block);
                 wanted[t] = across * h_ * row[1 + t].lambda - u[t];
             }
             const S limit = across * h_ * mu * row[0].lambda;
@@ -188,7 +189,7 @@ private:
     }
     static S square(S x) { return x * x; }
 
-    Island<S>& island_;
+    Problem<S>& problem_;
     S h_;
     S dt_;
     const AccuracyDef& accuracy_;
@@ -230,9 +231,9 @@ JointError jointError(const std::vector<Row<S>>& rows) {
 }
 
 template <class S>
-IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy) {
+IslandError measureIsland(Problem<S>& problem, S h, S dt, const AccuracyDef& accuracy) {
     IslandError error;
-    Measure<S>(island, h, dt, accuracy).run(error);
+    Measure<S>(problem, h, dt, accuracy).run(error);
     return error;
 }
 
@@ -243,8 +244,7 @@ double toleranceOf(const AccuracyDef& accuracy, double bodyA, double bodyB) {
 template <class S>
 void measurePenetration(PairContacts<S>& pair, double asked, IslandError& error) {
     for (ContactManifold<S>& manifold : pair.manifolds) {
-        for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.geometry.count); ++k) {
-            ContactPointState<S>& point = manifold.points[k];
+        for (ContactPointState<S>& point : manifold.inForce()) {
             const double depth = std::max(0.0, -static_cast<double>(point.separation));
             point.error = std::max(point.error, static_cast<S>(depth));
             error.maxPenetration = std::max(error.maxPenetration, depth);
@@ -262,8 +262,8 @@ void measurePenetration(PairContacts<S>& pair, double asked, IslandError& error)
 
 template JointError jointError(const std::vector<Row<float>>&);
 template JointError jointError(const std::vector<Row<double>>&);
-template IslandError measureIsland(Island<float>&, float, float, const AccuracyDef&);
-template IslandError measureIsland(Island<double>&, double, double, const AccuracyDef&);
+template IslandError measureIsland(Problem<float>&, float, float, const AccuracyDef&);
+template IslandError measureIsland(Problem<double>&, double, double, const AccuracyDef&);
 template void measurePenetration(PairContacts<float>&, double, IslandError&);
 template void measurePenetration(PairContacts<double>&, double, IslandError&);
 

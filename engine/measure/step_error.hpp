@@ -1,7 +1,8 @@
 #pragma once
 // How wrong an island is after a step: the natural map of each row, in metres, metres a second and root joules.
 // Formulas in docs/accuracy.md.
-#include "engine/islands/island.hpp"
+#include "engine/contacts/contacts.hpp"
+#include "engine/problem/problem.hpp"
 
 namespace cairn {
 
@@ -33,7 +34,7 @@ JointError jointError(const std::vector<Row<S>>& rows);
 // Measures the island at its present poses, with the rows, twists and forces of its last sub-step, of length h (s), in
 // a step of dt (s). Depth is no part of it: that is read off the contacts at the new poses, by measurePenetration().
 template <class S>
-IslandError measureIsland(Island<S>& island, S h, S dt, const AccuracyDef& accuracy);
+IslandError measureIsland(Problem<S>& problem, S h, S dt, const AccuracyDef& accuracy);
 
 // m: the tightest of what the world and two bodies ask for; 0: none does.
 double toleranceOf(const AccuracyDef& accuracy, double bodyA, double bodyB);

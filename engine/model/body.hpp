@@ -6,6 +6,13 @@
 
 namespace cairn {
 
+// How far from rest a body is.
+enum class RestState : std::uint8_t {
+    Moving,
+    Slow,   // no faster than solvers leave a large stack that rests
+    Still,  // no faster, and pushed on no more, than they leave what they have solved to the last digits
+};
+
 template <class S>
 struct Body {
     BodyDef def;
@@ -24,7 +31,9 @@ struct Body {
 
     S momentumResidual = 0;  // sqrt(J), of the last step: momentum that neither forces nor rows explain
 
-    bool changed = true;  // by the game since the last step: its contacts are to be found anew before the next one
+    bool changed = true;   // by the game since the last step: its contacts are to be found anew before the next one
+    RestState restState = RestState::Moving;  // that the last step found, made and left
+    bool settled = false;  // in the last step it was in an island in which nothing changes, and was left where it was
     bool awake = true;
     int sleepGroup = -1;  // that it fell asleep with; -1: none, or it was added asleep
     double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from restPose
@@ -37,6 +46,10 @@ struct Body {
     double ccdDistance = std::numeric_limits<double>::infinity();
 
     bool isDynamic() const { return def.type == BodyType::Dynamic; }
+    // Whether no step moves it.
+    bool rests() const { return !awake || def.type == BodyType::Static; }
+    // Whether it is where it was when contacts were last looked for.
+    bool stands() const { return !changed && (rests() || settled); }
     Pose<S> framePose() const { return {pose.position - pose.rotation * localCentre, pose.rotation}; }
     // The body's frame as the narrow phase wants it.
     Posed framePoseDouble() const {

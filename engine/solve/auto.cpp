@@ -17,11 +17,6 @@ constexpr double sweptRow = 50;
 // Visits of a row in a sub-step of the sweeps, without conjugate directions and with them.
 constexpr double sweptVisits = 3;
 constexpr double conjugateVisits = 12;
-// Of the work that `direct` took, what is still expected a step later; and by how much more is guessed of one that was
-// truncated.
-constexpr double forgetting = 0.9;
-constexpr double leftUndone = 2;
-constexpr int longestBackoff = 16;
 // Iterations that an island always gets: the first step of a wall at rest takes about ten, once.
 constexpr int minIterations = 8;
 constexpr int minIterationsAtRest = 25;
@@ -42,55 +37,41 @@ Auto<S>::Auto(const SolverSettings& settings)
       nncg_(makeNncg<S>(settings)) {}
 
 template <class S>
-int Auto<S>::substeps(Island<S>& island, S dt) const {
-    auto& memory = island.memory;
+StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) const {
     const double bound = settings_.def.directWork > 0 ? settings_.def.directWork : defaultDirectWork;
-    const auto cost = direct_->predictCost(island);
-    const double sweepWork = sweptRow * cost.rows;
-    island.activeSetChanging = cost.step > cost.factor;
+    const auto cost = direct_->predictCost(problem);
+    const double maxWork = problem.limits.maxWork;
     // A factor is taken only where it can be afforded, and its iterations where those of late could. What is calm needs
     // none.
-    memory.directWork *= forgetting;
-    const double ahead = std::max(visitsOfProduct * cost.factor, memory.directWork);
-    const bool isTooDear = !island.isCalm() && ahead > island.maxWork;
-    island.sweeps = memory.sweepSteps > 0 || cost.step > std::max(bound, sweepWork) || isTooDear;
-    island.iterationCap = std::max(island.activeSetChanging ? minIterations : minIterationsAtRest,
-                                   static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
-    // Sweeps leave joints open by millimetres: those are worth shorter sub-steps first.
-    island.mayHalveOnFailure = !island.joints.empty();
-    memory.sweepSteps = std::max(0, memory.sweepSteps - 1);
-    if (!island.sweeps) {
-        return direct_->substeps(island, dt);
+    const double ahead = std::max(visitsOfProduct * cost.factor, state.directWork);
+    StepPlan plan;
+    plan.activeSetChanging = cost.step > cost.factor;
+    plan.iterationCap = std::max(plan.activeSetChanging ? minIterations : minIterationsAtRest,
+                                 static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
+    plan.mayHalveOnFailure = !problem.joints.empty();
+    plan.reason = state.sweepSteps > 0                                ? PlanReason::BackingOff
+                  : cost.step > std::max(bound, sweptRow * cost.rows) ? PlanReason::TooLarge
+                  : !state.isCalm() && ahead > maxWork                ? PlanReason::TooDear
+                                                                      : PlanReason::Exact;
+    if (!plan.sweeps()) {
+        plan.substeps = direct_->plan(problem, state, dt).substeps;
+        return plan;
     }
-    const double visits = island.activeSetChanging ? sweptVisits : conjugateVisits;
-    const double affordable = island.maxWork / std::max(1.0, visits * cost.rows);
-    const int wanted = sweeper(island).substeps(island, dt);
-    return affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
+    const double visits = plan.activeSetChanging ? sweptVisits : conjugateVisits;
+    const double affordable = maxWork / std::max(1.0, visits * cost.rows);
+    const int wanted = sweeper(plan).plan(problem, state, dt).substeps;
+    plan.substeps = affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
+    return plan;
 }
 
 template <class S>
-SolveReport Auto<S>::advance(Island<S>& island, S h) {
-    if (island.sweeps) {
-        SolveReport report = sweeper(island).advance(island, h);
-        if (island.isLast && !island.joints.empty()) {
-            direct_->projectErrors(island, h, report);
-        }
-        return report;
+SolveReport Auto<S>::advance(Problem<S>& problem, S h) {
+    if (!problem.plan.sweeps()) {
+        return direct_->advance(problem, h);
     }
-    island.mayRestart = true;
-    SolveReport report = direct_->advance(island, h);
-    auto& memory = island.memory;
-    memory.directWork = std::max(memory.directWork, (report.truncated ? leftUndone : 1) * report.work);
-    if (report.tooLong && island.mayRefuse && (!report.newtonFailed || island.mayHalveOnFailure)) {
-        return report;
-    }
-    if (report.refused()) {
-        memory.backoff = std::clamp(2 * memory.backoff, 1, longestBackoff);
-        memory.sweepSteps = memory.backoff;
-        report.tooLong = false;
-        report.restart = true;
-    } else {
-        memory.backoff /= 2;
+    SolveReport report = sweeper(problem.plan).advance(problem, h);
+    if (problem.limits.isLast && !problem.joints.empty()) {
+        direct_->projectErrors(problem, h, report);
     }
     return report;
 }

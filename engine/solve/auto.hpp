@@ -9,15 +9,15 @@ template <class S>
 class Auto final : public Solver<S> {
 public:
     explicit Auto(const SolverSettings& settings);
-    SolveReport advance(Island<S>& island, S h) override;
-    int substeps(Island<S>& island, S dt) const override;
+    SolveReport advance(Problem<S>& problem, S h) override;
+    StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override;
 
 private:
     SolverSettings settings_;
     std::unique_ptr<Direct<S>> direct_;
     std::unique_ptr<Solver<S>> gaussSeidel_;
     std::unique_ptr<Solver<S>> nncg_;
-    Solver<S>& sweeper(const Island<S>& island) const { return island.activeSetChanging ? *gaussSeidel_ : *nncg_; }
+    Solver<S>& sweeper(const StepPlan& plan) const { return plan.activeSetChanging ? *gaussSeidel_ : *nncg_; }
 };
 
 }  // namespace cairn

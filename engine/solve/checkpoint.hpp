@@ -1,45 +1,57 @@
 #pragma once
-#include "engine/islands/island.hpp"
+#include "engine/problem/gather.hpp"
 
 namespace cairn {
 
-// What a step changes of an island, so that it can be taken again.
+// What a step changes of a problem, so that it can be taken again.
 template <class S>
 class Checkpoint {
 public:
-    explicit Checkpoint(const Island<S>& island) : bodies_(island.bodies), halvings_(island.memory.halvings) {
-        for (const auto& link : island.pairs) {
-            pairs_.push_back(*link.pair);
-        }
-        for (const auto& link : island.joints) {
-            lambdas_.push_back(link.joint->lambda);
-        }
-        for (const auto& link : island.locks) {
-            lambdas_.push_back(*link.lambda);
-        }
-    }
-    void restore(Island<S>& island) const {
-        island.bodies = bodies_;
-        island.memory.halvings = halvings_;
-        for (std::size_t k = 0; k < pairs_.size(); ++k) {
-            *island.pairs[k].pair = pairs_[k];
-        }
-        auto lambda = lambdas_.begin();
-        for (const auto& link : island.joints) {
-            link.joint->lambda = *lambda++;
-            link.joint->beginStep();
-        }
-        for (const auto& link : island.locks) {
-            *link.lambda = *lambda++;
-        }
-        island.collectManifolds();
+    explicit Checkpoint(const Problem<S>& problem)
+        : bodies_(problem.bodies),
+          contacts_(problem.contacts),
+          points_(problem.points),
+          jointLambda_(problem.jointLambda),
+          jointImpulse_(problem.jointImpulse) {}
+    void restore(Problem<S>& problem) const {
+        problem.bodies = bodies_;
+        problem.contacts = contacts_;
+        problem.points = points_;
+        problem.jointLambda = jointLambda_;
+        problem.jointImpulse = jointImpulse_;
     }
 
 private:
     std::vector<SolverBody<S>> bodies_;
+    std::vector<ProblemContact<S>> contacts_;
+    std::vector<ProblemPoint<S>> points_;
+    std::vector<S> jointLambda_;
+    std::vector<typename Problem<S>::Given> jointImpulse_;
+};
+
+// The same of an island whose contacts are looked for anew within the step, with all that is decided of it.
+template <class S>
+class StepCheckpoint {
+public:
+    StepCheckpoint(const WorldTables<S>& world, const Island& island, const Problem<S>& problem,
+                   const ControllerState& state)
+        : problem_(problem), state_(state) {
+        for (const std::uint32_t p : island.pairs) {
+            pairs_.push_back(world.contacts.pairs()[p]);
+        }
+    }
+    void restore(const WorldTables<S>& world, const Island& island, Problem<S>& problem, ControllerState& state) const {
+        problem_.restore(problem);
+        state = state_;
+        for (std::size_t k = 0; k < pairs_.size(); ++k) {
+            world.contacts.pairs()[island.pairs[k]] = pairs_[k];
+        }
+    }
+
+private:
+    Checkpoint<S> problem_;
+    ControllerState state_;
     std::vector<PairContacts<S>> pairs_;
-    std::vector<std::vector<S>> lambdas_;
-    int halvings_;
 };
 
 }  // namespace cairn

@@ -6,7 +6,7 @@
 // for f pulling outwards. Taken as the sums of its columns' absolute values on the diagonal, so that M stays positive
 // definite (Andrews 2017). What it costs is exactness: angular momentum of the damped body is given to the constraint's
 // turning force before that has turned.
-#include "engine/islands/island.hpp"
+#include "engine/problem/problem.hpp"
 
 namespace cairn {
 
@@ -21,21 +21,21 @@ Vec3<S> geometricStiffness(const Vec3<S>& force, const Vec3<S>& arm) {
 // Adds to the inertia of every body that joints hold by a force, from the forces of the last solve, and takes the
 // responses of the rows anew.
 template <class S>
-void addGeometricStiffness(Island<S>& island, S h) {
-    for (SolverBody<S>& body : island.bodies) {
+void addGeometricStiffness(Problem<S>& problem, S h) {
+    for (SolverBody<S>& body : problem.bodies) {
         if (!body.fixed && !body.stiffening.isZero()) {
             body.refreshInertia();
         }
     }
-    for (std::size_t k = 0; k < static_cast<std::size_t>(island.jointBlocks); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < static_cast<std::size_t>(problem.jointBlocks); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         Vec3<S> force = Vec3<S>::Zero();  // on b
         for (int r = 0; r < block.pointRows; ++r) {
-            const Row<S>& row = island.rows[static_cast<std::size_t>(block.first + r)];
+            const Row<S>& row = problem.rows[static_cast<std::size_t>(block.first + r)];
             force += row.lambda * row.b.template head<3>();
         }
         for (const bool first : {true, false}) {
-            SolverBody<S>& body = island.bodies[static_cast<std::size_t>(first ? block.a : block.b)];
+            SolverBody<S>& body = problem.bodies[static_cast<std::size_t>(first ? block.a : block.b)];
             if (block.pointRows > 0 && !body.fixed && !body.particle) {
                 const Vec3<S> stiff = h * h * geometricStiffness<S>(force, first ? block.armA : block.armB);
                 body.stiffening += stiff;
@@ -44,7 +44,7 @@ void addGeometricStiffness(Island<S>& island, S h) {
             }
         }
     }
-    island.respond();
+    problem.respond();
 }
 
 }  // namespace cairn

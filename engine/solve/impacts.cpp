@@ -30,7 +30,7 @@ S normalSpeed(const Row<S>& row, const Vec6<S>& va, const Vec6<S>& vb) {
 
 // Brings the points of one manifold to their targets: projected Gauss-Seidel on at most twelve rows.
 template <class S>
-void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
+void solveGroup(Problem<S>& problem, ImpactGroup<S>& group) {
     for (PointImpact<S>& point : group.points) {
         std::fill(point.impulse, point.impulse + 3, S(0));
     }
@@ -38,23 +38,23 @@ void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
     for (int sweep = 0; sweep < 30; ++sweep) {
         for (PointImpact<S>& point : group.points) {
             const RowBlock<S>& block = *point.block;
-            const Row<S>* row = &island.rows[static_cast<std::size_t>(block.first)];
-            const S u = island.rowVelocity(row[0], block);
+            const Row<S>* row = &problem.rows[static_cast<std::size_t>(block.first)];
+            const S u = problem.rowVelocity(row[0], block);
             const S next = std::max(S(0), point.impulse[0] + (point.target - u) / point.delassus[0]);
-            island.push(row[0], block, next - point.impulse[0]);
+            problem.push(row[0], block, next - point.impulse[0]);
             point.impulse[0] = next;
             if (block.count < 3) {
                 continue;
             }
             S wanted[2];
             for (int t = 1; t < 3; ++t) {
-                wanted[t - 1] = point.impulse[t] - island.rowVelocity(row[t], block) / point.delassus[t];
+                wanted[t - 1] = point.impulse[t] - problem.rowVelocity(row[t], block) / point.delassus[t];
             }
             const S length = planeLength(wanted[0], wanted[1]);
             const S limit = point.friction * point.impulse[0];
             const S scale = length > limit ? limit / length : S(1);
             for (int t = 1; t < 3; ++t) {
-                island.push(row[t], block, wanted[t - 1] * scale - point.impulse[t]);
+                problem.push(row[t], block, wanted[t - 1] * scale - point.impulse[t]);
                 point.impulse[t] = wanted[t - 1] * scale;
             }
         }
@@ -64,28 +64,28 @@ void solveGroup(Island<S>& island, ImpactGroup<S>& group) {
 }  // namespace
 
 template <class S>
-void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
-    const bool bounces = std::any_of(island.manifolds.begin(), island.manifolds.end(),
-                                     [](const auto& link) { return link.manifold->restitution > S(0); });
+void resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
+    const bool bounces = std::any_of(problem.contacts.begin(), problem.contacts.end(),
+                                     [](const ProblemContact<S>& contact) { return contact.restitution > S(0); });
     if (!bounces) {
         return;
     }
     const S threshold = static_cast<S>(settings.restitutionSpeed);
     std::vector<ImpactGroup<S>> groups;
-    std::size_t next = static_cast<std::size_t>(island.jointBlocks);
-    for (const auto& link : island.manifolds) {
-        ImpactGroup<S> group{{}, link.a, link.b};
-        for (int k = 0; k < link.manifold->geometry.count; ++k) {
-            const RowBlock<S>& block = island.blocks[next++];
-            if (link.manifold->restitution == S(0)) {
+    std::size_t next = static_cast<std::size_t>(problem.jointBlocks);
+    for (const ProblemContact<S>& contact : problem.contacts) {
+        ImpactGroup<S> group{{}, contact.a, contact.b};
+        for (int k = 0; k < contact.count; ++k) {
+            const RowBlock<S>& block = problem.blocks[next++];
+            if (contact.restitution == S(0)) {
                 continue;
             }
-            const Row<S>& row = island.rows[static_cast<std::size_t>(block.first)];
-            const SolverBody<S>& a = island.bodies[static_cast<std::size_t>(link.a)];
-            const SolverBody<S>& b = island.bodies[static_cast<std::size_t>(link.b)];
+            const Row<S>& row = problem.rows[static_cast<std::size_t>(block.first)];
+            const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
+            const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
             const S before = normalSpeed(row, a.vBefore, b.vBefore);
             const S after = normalSpeed(row, a.v, b.v);
-            PointImpact<S> impact{&block, link.manifold->restitution, link.manifold->friction, S(0), S(0), S(0)};
+            PointImpact<S> impact{&block, contact.restitution, contact.friction, S(0), S(0), S(0)};
             if (row.C > S(0) && after < S(0)) {
                 impact.time = std::min(h, row.C / -after);
             }
@@ -93,7 +93,7 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             impact.gained = (after - before) * (S(1) - impact.time / h);
             impact.phase = S(0.5) * (after - before);
             for (int r = 0; r < block.count; ++r) {
-                impact.delassus[r] = island.responses[static_cast<std::size_t>(block.first + r)].delassus;
+                impact.delassus[r] = problem.responses[static_cast<std::size_t>(block.first + r)].delassus;
             }
             group.points.push_back(impact);
         }
@@ -103,7 +103,7 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
     }
 
     // s, at which each body was last hit: what it hands on comes no earlier.
-    std::vector<S> hitAt(island.bodies.size(), S(0));
+    std::vector<S> hitAt(problem.bodies.size(), S(0));
     // Iterations over the manifolds until none approaches; a chain of n bodies hands an impact on in n visits.
     const int iterations = 4 + static_cast<int>(groups.size());
     bool approaching = true;
@@ -113,8 +113,8 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             bool hits = false;
             S time = 0;
             for (PointImpact<S>& point : group.points) {
-                const Row<S>& row = island.rows[static_cast<std::size_t>(point.block->first)];
-                const S u = island.rowVelocity(row, *point.block);
+                const Row<S>& row = problem.rows[static_cast<std::size_t>(point.block->first)];
+                const S u = problem.rowVelocity(row, *point.block);
                 const S atImpact = u - point.gained;
                 const bool reached = row.C + h * u <= S(0) || row.C <= S(0);
                 // At rest against its partner, a point holds still while its neighbours bounce.
@@ -134,20 +134,20 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
             time = std::max({time, hitA, hitB});
             hitA = time;
             hitB = time;
-            SolverBody<S>& a = island.bodies[static_cast<std::size_t>(group.a)];
-            SolverBody<S>& b = island.bodies[static_cast<std::size_t>(group.b)];
+            SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(group.a)];
+            SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(group.b)];
             const Vec6<S> beforeA = a.v;
             const Vec6<S> beforeB = b.v;
-            solveGroup(island, group);
+            solveGroup(problem, group);
             const Vec6<S> onA = a.applyMass(a.v - beforeA);
             const Vec6<S> onB = b.applyMass(b.v - beforeB);
             a.externalImpulse += onA;
             b.externalImpulse += onB;
             for (const PointImpact<S>& point : group.points) {
-                const auto block = static_cast<std::size_t>(point.block - island.blocks.data());
+                const auto block = static_cast<std::size_t>(point.block - problem.blocks.data());
                 for (int r = 0; r < point.block->count; ++r) {
-                    island.giveAtImpact(block, island.rows[static_cast<std::size_t>(point.block->first + r)],
-                                        point.impulse[r]);
+                    problem.giveAtImpact(block, problem.rows[static_cast<std::size_t>(point.block->first + r)],
+                                         point.impulse[r]);
                 }
             }
             a.offset -= time * (a.v - beforeA);
@@ -156,7 +156,7 @@ void resolveImpacts(Island<S>& island, const SolverSettings& settings, S h) {
     }
 }
 
-template void resolveImpacts(Island<float>&, const SolverSettings&, float);
-template void resolveImpacts(Island<double>&, const SolverSettings&, double);
+template void resolveImpacts(Problem<float>&, const SolverSettings&, float);
+template void resolveImpacts(Problem<double>&, const SolverSettings&, double);
 
 }  // namespace cairn

@@ -3,7 +3,7 @@
 // lambda lives with the constraints, so solvers can be swapped in mid-run.
 #include <cairn/solvers.hpp>
 
-#include "engine/islands/island.hpp"
+#include "engine/problem/problem.hpp"
 
 #include <memory>
 #include <string_view>
@@ -14,11 +14,12 @@ template <class S>
 class Solver {
 public:
     virtual ~Solver() = default;
-    virtual SolveReport advance(Island<S>& island, S h) = 0;
+    virtual SolveReport advance(Problem<S>& problem, S h) = 0;
     // Whether it pushes all bodies of a row at once, so that momentum is kept whatever else errs.
     virtual bool balances() const { return true; }
-    // Sub-steps that this island should be given in a step of dt; the user's number where there is one.
-    virtual int substeps(Island<S>& island, S dt) const = 0;
+    // How a step of dt (or what is left of one) should be taken: the user's sub-steps where there are any. What it
+    // reads off the problem may be kept in Problem::memory, and nothing else is changed.
+    virtual StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const = 0;
 };
 
 // Throws InputError for an unknown name (naming the known ones) or a setting out of range.

@@ -71,6 +71,8 @@ void World<S>::Impl::wake(std::uint32_t i) {
     const auto refresh = [&](Body<S>& b) {
         b.restTime = 0;
         b.restPose = b.pose;
+        b.restState = RestState::Moving;
+        b.settled = false;
     };
     Body<S>& b = bodies[i];
     if (!b.isDynamic() || b.awake) {
@@ -108,6 +110,8 @@ void World<S>::Impl::fallAsleep(const std::vector<std::vector<std::uint32_t>>& i
         for (const std::uint32_t i : members) {
             Body<S>& b = bodies[i];
             b.awake = false;
+            b.restState = RestState::Moving;
+            b.settled = false;
             b.sleepGroup = id;
             b.v.setZero();
             b.w.setZero();

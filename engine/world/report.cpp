@@ -27,6 +27,22 @@ std::vector<std::string> flagNames(std::uint32_t flags) {
     return names;
 }
 
+const char* name(PlanReason reason) {
+    switch (reason) {
+        case PlanReason::Asked:
+            return "as asked";
+        case PlanReason::Exact:
+            return "exactly: its factor is within the bound on work";
+        case PlanReason::TooLarge:
+            return "by sweeps: a factor would cost more than the bound on work";
+        case PlanReason::TooDear:
+            return "by sweeps: exact solutions took more of late than this step may take";
+        case PlanReason::BackingOff:
+            return "by sweeps: an exact solution was not found a few steps ago";
+    }
+    return "";
+}
+
 std::string StepReport::summary() const {
     if (flags & FlagRefused) {
         return "step refused: dt must be a finite number of seconds in (0, 1], and the world not moved from";

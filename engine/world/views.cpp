@@ -58,19 +58,20 @@ std::vector<ContactView> World<S>::contacts() const {
         for (const ContactManifold<S>& manifold : pair.manifolds) {
             for (int k = 0; k < manifold.known; ++k) {
                 const ContactPointState<S>& point = manifold.points[static_cast<std::size_t>(k)];
-                const bool isOver = k >= manifold.geometry.count;
+                const bool isOver = k >= manifold.count;
                 if (isOver && point.impulse.isZero(S(0))) {
                     continue;
                 }
                 ContactView& view = views.emplace_back();
                 view.a = impl_->bodies.idAt(pair.pair.a);
                 view.b = impl_->bodies.idAt(pair.pair.b);
-                view.shapeA = manifold.geometry.shapeA;
-                view.shapeB = manifold.geometry.shapeB;
+                view.shapeA = manifold.shapeA;
+                view.shapeB = manifold.shapeB;
                 view.isOver = isOver;
-                view.point =
-                    (S(0.5) * (a.pose * point.geometry.onA + b.pose * point.geometry.onB)).template cast<double>();
-                view.normal = point.geometry.direction(a.pose, b.pose).template cast<double>();
+                ContactGeometry<S> geometry = contactGeometry(manifold, point, a, b);
+                geometry.startStep(a.pose, b.pose);
+                view.point = (S(0.5) * (a.pose * geometry.onA + b.pose * geometry.onB)).template cast<double>();
+                view.normal = geometry.direction(a.pose, b.pose).template cast<double>();
                 view.separation = static_cast<double>(point.separation);
                 view.error = static_cast<double>(point.error);
                 view.friction = static_cast<double>(manifold.friction);

@@ -288,6 +288,7 @@ void World<S>::setSolver(const SolverDef& def) {
     impl_->def = changed;
     impl_->solver = makeSolver<S>(impl_->settings());
     impl_->levelSolvers = {};
+    impl_->rulesChanged = true;
 }
 template <class S>
 void World<S>::setAccuracy(const AccuracyDef& accuracy) {
@@ -295,6 +296,7 @@ void World<S>::setAccuracy(const AccuracyDef& accuracy) {
     changed.accuracy = accuracy;
     check(changed, "world");
     impl_->def.accuracy = accuracy;
+    impl_->rulesChanged = true;
 }
 template <class S>
 void World<S>::setMotor(JointId id, double speed, double maxForce) {
@@ -368,9 +370,9 @@ std::vector<BodyErrorView> World<S>::bodyErrors() const {
     const auto keep = [&](std::uint32_t body, double error) { worst[body] = std::max(worst[body], error); };
     for (const PairContacts<S>& pair : impl_->contacts.pairs()) {
         for (const ContactManifold<S>& manifold : pair.manifolds) {
-            for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.geometry.count); ++k) {
-                keep(pair.pair.a, static_cast<double>(manifold.points[k].error));
-                keep(pair.pair.b, static_cast<double>(manifold.points[k].error));
+            for (const ContactPointState<S>& point : manifold.inForce()) {
+                keep(pair.pair.a, static_cast<double>(point.error));
+                keep(pair.pair.b, static_cast<double>(point.error));
             }
         }
     }

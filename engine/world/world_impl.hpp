@@ -2,9 +2,8 @@
 // What a world holds. world.cpp is its face, world_step.cpp moves it.
 #include <cairn/world.hpp>
 
-#include "engine/islands/islands.hpp"
 #include "engine/solve/budget.hpp"
-#include "engine/solve/time_subdivision.hpp"
+#include "engine/solve/step_controller.hpp"
 #include "engine/world/continuous.hpp"
 
 namespace cairn {
@@ -41,8 +40,22 @@ struct World<S>::Impl {
     int tolerantBodies = 0;              // with a tolerance of their own
     std::vector<std::uint32_t> changed;  // bodies that the game has touched since the last step (Body::changed)
     double detectedFor = 0;              // s, of the step that contacts are known for
-    std::vector<Solution> solved;        // of this step, by awake island
-    std::vector<Before<S>> before;       // of this step, by body
+    // What is kept of an island from step to step.
+    struct IslandState {
+        ControllerState control;
+        SolverMemory<S> memory;
+        Solution solved;  // of the last step
+        std::size_t pairs = 0;
+        std::size_t joints = 0;
+        bool isFinite = true;
+        bool settled = false;  // in this step
+        bool settles = false;  // this step tries to settle it (StepPlan::settles)
+    };
+    std::vector<IslandState> islandStates;  // by awake island
+    bool rulesChanged = true;               // solver or accuracy, since the last step
+    double lastDt = 0;                      // s
+    std::vector<Before<S>> before;          // of this step, by body
+    std::vector<std::uint8_t> leavesBox;    // room of moveProxies()
     StepReport report;
 
     explicit Impl(const WorldDef& worldDef);
@@ -120,12 +133,26 @@ private:
     void catchFastBodies(S dt);
     // Completes the islands' errors by the depth of the contacts, and sums them up.
     void measure();
-    void writeBack(const Island<S>& island, S dt);
+    // Gives each awake island what was kept of it, and sees which are settled.
+    void recallIslands(S dt);
+    // Whether nothing has changed in the island or around it since it was solved, and that moved nothing: then the same
+    // forces hold it through this step, and it is not solved again.
+    bool isSettled(const Island& island, const IslandState& state) const;
+    // Whether it is worth a try: exact solutions of large stacks leave a little motion, which never dies out by itself.
+    // Friction would stop it within the step, if it were not the solver's own doing.
+    bool maySettle(const Island& island, const IslandState& state) const;
+    // Puts up with what the forces of the last solution leave unbalanced, and says how much that is.
+    void settle(const Island& island, IslandState& state, S dt);
+    void solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt);
+    // Gives the bodies where the problem has led them. A body whose numbers went non-finite stays where it was, at
+    // rest.
+    void writeBack(const Problem<S>& problem, IslandState& state, S dt);
     void moveKinematic(S dt);
     void forgetForces(std::uint32_t body);
-    // A body whose numbers went non-finite goes back to where it was before the step, at rest, and is named in the
-    // report.
-    void restoreNonFinite(const Island<S>& island);
+    // Names the bodies that went non-finite in the report.
+    void restoreNonFinite(const Island& island);
+    // The solver that a budget, or who replays one, chooses for this step, with what it allows.
+    Solver<S>& solverOf(SolveRequest& request);
     // Sums over islands.
     struct Totals {
         double constraint = 0;   // J
@@ -136,11 +163,12 @@ private:
     };
     void solveIslands(S dt);
     // What a budget plans by, of one island: its rows and bodies.
-    static double loadOf(const Island<S>& island);
+    double loadOf(const Island& island) const;
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
+    std::vector<double> maxWork_;  // by awake island
     Totals totals_;
-    void record(const Island<S>& island, const Solution& solution);
+    void record(const Island& island, const IslandState& state);
     void countAndClose();
     bool accuracyAsked() const;
     // Whether a budget, or who replays one, chooses the quality level of a step.

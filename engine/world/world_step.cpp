@@ -8,6 +8,20 @@
 namespace cairn {
 namespace {
 
+// m/s. What exact solutions leave of motion in a pyramid of 5000 boxes that rests is up to 2e-4.
+constexpr double slowSpeed = 5e-4;
+// m/s of a body at rest, 4 mm an hour; and how much its speed may change in a step: where it has been tried to settle
+// it, 6e-6 m/s2, which what is on the point of falling exceeds; else nothing that shows in the balance of momentum.
+template <class S>
+constexpr S stillSpeed = std::is_same_v<S, double> ? S(1e-6) : S(1e-5);
+template <class S>
+constexpr S settledChange = std::is_same_v<S, double> ? S(1e-7) : S(1e-6);
+template <class S>
+constexpr S stillChange = std::is_same_v<S, double> ? S(1e-10) : S(1e-8);
+// Steps of a try to settle an island, each of which goes on from the forces of the last; and the longest wait for one.
+constexpr int settleSteps = 2;
+constexpr int longestSettleAfter = 512;
+
 // Times stage after stage with one look at the clock between two: more would be felt in a step of a microsecond.
 class Stages {
 public:
@@ -57,31 +71,25 @@ void World<S>::Impl::move(S dt) {
     contacts.beginStep();
     report.times.narrowPhase = stages.end();
 
-    islands.rebuild(bodies, awake, joints, contacts,
-                    {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia, accuracyAsked()});
+    islands.rebuild(bodies, awake, joints, contacts, accuracyAsked());
+    recallIslands(dt);
     report.times.islands = stages.end();
 
     const double start = budgetClock();
-    solveIslands(dt);
-    solveSeconds = budgetClock() - start;
     before.resize(bodies.slotCount());
     for (const std::uint32_t i : awake.bodies) {
         before[i] = {bodies[i].pose, bodies[i].w};
-        bodies[i].force.setZero();
-        bodies[i].torque.setZero();
     }
+    solveIslands(dt);
+    solveSeconds = budgetClock() - start;
     moveKinematic(dt);
-    for (const Island<S>& island : islands.awake()) {
-        writeBack(island, dt);
-        restoreNonFinite(island);
-    }
     report.times.solve = stages.end();
 
     catchFastBodies(dt);
     report.times.continuous = stages.end();
 
     moveProxies(static_cast<double>(dt));
-    broadPhase.update();
+    broadPhase.update(*jobs);
     report.times.broadPhase = stages.end();
     detect(static_cast<double>(dt), false);
     report.times.narrowPhase += stages.end();
@@ -110,7 +118,7 @@ void World<S>::Impl::applyChanges(double dt) {
     if (dt > detectedFor) {
         // Contacts were looked for no farther ahead than the last step asked; in a new world not at all.
         moveProxies(dt);
-        broadPhase.update();
+        broadPhase.update(*jobs);
         detect(dt, false);
     } else if (!changed.empty()) {
         for (const std::uint32_t i : changed) {
@@ -118,11 +126,11 @@ void World<S>::Impl::applyChanges(double dt) {
                 moveProxy(i, dt);
             }
         }
-        broadPhase.update();
+        broadPhase.update(*jobs);
         detect(dt, true);
     }
     while (wakeTouched()) {
-        broadPhase.update();
+        broadPhase.update(*jobs);
         detect(dt, true);
     }
 }
@@ -134,9 +142,17 @@ void World<S>::Impl::moveProxy(std::uint32_t i, double dt) {
 
 template <class S>
 void World<S>::Impl::moveProxies(double dt) {
-    for (const std::uint32_t i : awake.bodies) {
-        if (broadPhase.contains(i)) {
-            moveProxy(i, dt);
+    // Most stay in their fat boxes: who does is asked in parallel, and the others are moved in order.
+    leavesBox.resize(awake.bodies.size());
+    parallelFor(*jobs, awake.bodies.size(), 64, [&](std::size_t k) {
+        const std::uint32_t i = awake.bodies[k];
+        const Body<S>& b = bodies[i];
+        leavesBox[k] = !b.stands() && broadPhase.contains(i) &&
+                       broadPhase.needsMove(i, speculativeBox(b, dt), dt * b.v.template cast<double>());
+    });
+    for (std::size_t k = 0; k < awake.bodies.size(); ++k) {
+        if (leavesBox[k] != 0) {
+            moveProxy(awake.bodies[k], dt);
         }
     }
 }
@@ -157,7 +173,7 @@ void World<S>::Impl::catchFastBodies(S dt) {
             broadPhase.move(i, box.grown(0.5 * def.contactMargin + moved), Vec3d::Zero());
         }
     }
-    broadPhase.update();
+    broadPhase.update(*jobs);
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
     const CcdCounts counts = collideContinuously<S>(bodies, awake.bodies, joints, broadPhase, mayMeet, before,
                                                     def.gravity.template cast<S>(), dt, *jobs);
@@ -167,16 +183,44 @@ void World<S>::Impl::catchFastBodies(S dt) {
 }
 
 template <class S>
-void World<S>::Impl::writeBack(const Island<S>& island, S dt) {
-    for (const SolverBody<S>& s : island.bodies) {
-        if (!s.fixed) {
-            Body<S>& b = bodies[s.index];
-            b.pose = s.pose;
-            b.momentumResidual = s.momentumResidual < S(0) ? b.momentumResidual : s.momentumResidual;
-            b.acceleration = (s.v.template head<3>() - b.v) / dt;
-            b.v = s.v.template head<3>();
-            b.w = s.v.template tail<3>();
+void World<S>::Impl::writeBack(const Problem<S>& problem, IslandState& state, S dt) {
+    state.isFinite = true;
+    const S mayChange = state.settles ? settledChange<S> : stillChange<S>;
+    for (const SolverBody<S>& s : problem.bodies) {
+        if (s.fixed) {
+            continue;
         }
+        Body<S>& b = bodies[s.index];
+        b.settled = false;
+        b.momentumResidual = s.momentumResidual < S(0) ? b.momentumResidual : s.momentumResidual;
+        const Vec3<S> v = s.v.template head<3>();
+        const Vec3<S> w = s.v.template tail<3>();
+        if (!s.pose.isFinite() || !std::isfinite(s.v.squaredNorm())) {
+            state.isFinite = false;
+            b.v.setConstant(std::numeric_limits<S>::quiet_NaN());
+            b.force.setZero();
+            b.torque.setZero();
+            continue;
+        }
+        const S arm = static_cast<S>(std::isfinite(b.radius) ? b.radius : 0);
+        // m/s, of any point of it: before, in and after the step.
+        const S turned = S(2) * (s.pose.rotation.coeffs() - b.pose.rotation.coeffs()).norm();
+        const S speed = std::max({v.norm() + arm * w.norm(), state.settles ? S(0) : b.v.norm() + arm * b.w.norm(),
+                                  ((s.pose.position - b.pose.position).norm() + arm * turned) / dt});
+        const S change = state.settles ? speed : (v - b.v).norm() + arm * (w - b.w).norm();
+        const bool free = b.force.isZero(S(0)) && b.torque.isZero(S(0));
+        b.restState = !free || speed > static_cast<S>(slowSpeed)    ? RestState::Moving
+                      : speed > stillSpeed<S> || change > mayChange ? RestState::Slow
+                                                                    : RestState::Still;
+        if (state.settles) {
+            b.momentumResidual = std::max(b.momentumResidual, std::sqrt(b.mass) * b.v.norm());
+        }
+        b.pose = s.pose;
+        b.acceleration = (v - b.v) / dt;
+        b.v = v;
+        b.w = w;
+        b.force.setZero();
+        b.torque.setZero();
     }
 }
 
@@ -187,6 +231,8 @@ void World<S>::Impl::moveKinematic(S dt) {
         if (b.def.type == BodyType::Kinematic) {
             b.pose.position += dt * b.v;
             b.pose.rotation = rotated<S>(b.pose.rotation, dt * b.w);
+            b.force.setZero();
+            b.torque.setZero();
         }
     }
 }
@@ -208,134 +254,262 @@ void World<S>::Impl::forgetForces(std::uint32_t body) {
 }
 
 template <class S>
-void World<S>::Impl::restoreNonFinite(const Island<S>& island) {
-    for (const SolverBody<S>& s : island.bodies) {
-        if (s.fixed) {
-            continue;
-        }
-        Body<S>& b = bodies[s.index];
-        if (!b.pose.isFinite() || !std::isfinite(b.v.squaredNorm() + b.w.squaredNorm())) {
-            b.pose = before[s.index].pose;
+void World<S>::Impl::restoreNonFinite(const Island& island) {
+    for (const std::uint32_t i : island.bodies) {
+        Body<S>& b = bodies[i];
+        if (b.v.hasNaN()) {
             b.v.setZero();
             b.w.setZero();
             b.acceleration.setZero();
-            forgetForces(s.index);
-            report.nonFinite.push_back(bodies.idAt(s.index));
+            b.restState = RestState::Moving;
+            forgetForces(i);
+            report.nonFinite.push_back(bodies.idAt(i));
         }
     }
 }
 
 template <class S>
-double World<S>::Impl::loadOf(const Island<S>& island) {
-    double load = static_cast<double>(island.bodies.size() + 3 * island.joints.size());
-    for (const auto& link : island.manifolds) {
-        load += 3 * link.manifold->geometry.count;
+double World<S>::Impl::loadOf(const Island& island) const {
+    double rows = static_cast<double>(island.bodies.size() + 3 * island.joints.size());
+    for (const std::uint32_t p : island.pairs) {
+        rows += 3 * contacts.pairs()[p].pointCount();
     }
-    return load;
+    return rows;
 }
 
 template <class S>
 void World<S>::Impl::shareWork() {
+    const std::vector<Island>& active = islands.awake();
+    maxWork_.assign(active.size(), std::numeric_limits<double>::infinity());
     if (report.maxWork == 0) {
         return;
     }
-    std::vector<Island<S>>& active = islands.awake();
     double rowsOfAll = 0;
     double workOfAll = 0;
-    for (const Island<S>& island : active) {
-        rowsOfAll += loadOf(island);
-        workOfAll += island.memory.work;
-    }
-    for (Island<S>& island : active) {
-        double share = loadOf(island) / rowsOfAll;
-        if (workOfAll > 0) {
-            share = 0.5 * (share + island.memory.work / workOfAll);
+    for (std::size_t k = 0; k < active.size(); ++k) {
+        if (!islandStates[k].settled) {
+            maxWork_[k] = loadOf(active[k]);
+            rowsOfAll += maxWork_[k];
+            workOfAll += islandStates[k].control.work;
         }
-        island.maxWork = share * report.maxWork;
+    }
+    for (std::size_t k = 0; k < active.size(); ++k) {
+        if (!islandStates[k].settled) {
+            double share = maxWork_[k] / rowsOfAll;
+            if (workOfAll > 0) {
+                share = 0.5 * (share + islandStates[k].control.work / workOfAll);
+            }
+            maxWork_[k] = share * report.maxWork;
+        }
     }
 }
 
 template <class S>
-void World<S>::Impl::solveIslands(S dt) {
-    std::vector<Island<S>>& active = islands.awake();
-    solved.resize(active.size());
-    SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, 1};
-    Solver<S>* by = solver.get();
-    report.maxWork = def.accuracy.maxWork;
-    load = {};
-    if (hasQualityLevel()) {
-        for (const Island<S>& island : active) {
-            (island.isCalm() ? load.calm : load.moving) += loadOf(island);
+bool World<S>::Impl::isSettled(const Island& island, const IslandState& state) const {
+    const auto isStill = [&](std::uint32_t i) {
+        const Body<S>& b = bodies[i];
+        return b.restState == RestState::Still && b.force.isZero(S(0)) && b.torque.isZero(S(0));
+    };
+    const auto isKnown = [&](std::uint32_t p) { return !contacts.pairs()[p].isNew; };
+    return island.before >= 0 && !island.isDriven && island.pairs.size() == state.pairs &&
+           island.joints.size() == state.joints && !state.solved.report.truncated && !(state.solved.error.over > 1) &&
+           std::all_of(island.bodies.begin(), island.bodies.end(), isStill) &&
+           std::all_of(island.pairs.begin(), island.pairs.end(), isKnown);
+}
+
+template <class S>
+bool World<S>::Impl::maySettle(const Island& island, const IslandState& state) const {
+    const auto isSlow = [&](std::uint32_t i) {
+        return bodies[i].restState != RestState::Moving && !bodies[i].locked && !bodies[i].def.particle;
+    };
+    const auto holds = [&](std::uint32_t p) {
+        const PairContacts<S>& pair = contacts.pairs()[p];
+        return !pair.isNew && std::all_of(pair.manifolds.begin(), pair.manifolds.end(), [](const auto& manifold) {
+            return !manifold.isRound && manifold.friction > S(0);
+        });
+    };
+    const SolveReport& last = state.solved.report;
+    return island.before >= 0 && !island.isDriven && island.joints.empty() && !island.pairs.empty() &&
+           last.directSolves > 0 && last.sweptSolves == 0 && !last.unconverged && !last.truncated &&
+           std::all_of(island.bodies.begin(), island.bodies.end(), isSlow) &&
+           std::all_of(island.pairs.begin(), island.pairs.end(), holds);
+}
+
+template <class S>
+void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
+    state.settled = true;
+    S squared = 0;
+    for (const std::uint32_t i : island.bodies) {
+        Body<S>& b = bodies[i];
+        if (!b.settled) {
+            b.settled = true;
+            b.momentumResidual = std::max(b.momentumResidual, std::sqrt(b.mass) * dt * b.acceleration.norm());
         }
-        BudgetChoice choice{def.accuracy.qualityLevel, def.accuracy.maxWork};
-        if (choice.qualityLevel < 0) {
-            choice = budget.choose(def.accuracy.budget, load);
-            if (choice.maxWork == 0 || (def.accuracy.maxWork > 0 && def.accuracy.maxWork < choice.maxWork)) {
-                choice.maxWork = def.accuracy.maxWork;
-            }
-        }
-        report.qualityLevel = choice.qualityLevel;
-        report.maxWork = choice.maxWork;
-        const QualityLevel qualityLevel = qualityLevelAt(report.qualityLevel, def.solver);
-        std::unique_ptr<Solver<S>>& made = levelSolvers[static_cast<std::size_t>(report.qualityLevel)];
-        if (!made) {
-            SolverSettings its = settings();
-            its.def = qualityLevel.solver;
-            made = makeSolver<S>(its);
-        }
-        by = made.get();
-        request.subdivisions = qualityLevel.subdivisions;
-        request.accuracy.maxSubdivisions = std::min(request.accuracy.maxSubdivisions, qualityLevel.subdivisions);
+        squared += b.momentumResidual * b.momentumResidual;
     }
-    shareWork();
-    parallelFor(*jobs, active.size(), 1, [&](std::size_t k) {
-        static thread_local typename Island<S>::Room room;
-        active[k].swapRoom(room);
-        solved[k] = solveIsland(active[k], *by, dt, request);
-        active[k].swapRoom(room);
-        active[k].memory.work = solved[k].report.work;
+    state.solved.report.residualMomentum = static_cast<double>(std::sqrt(squared));
+}
+
+template <class S>
+void World<S>::Impl::recallIslands(S dt) {
+    const std::vector<Island>& active = islands.awake();
+    // Mostly the same islands as in the last step: then nothing is moved.
+    bool isSame = active.size() == islandStates.size();
+    for (std::size_t k = 0; isSame && k < active.size(); ++k) {
+        isSame = active[k].before == static_cast<int>(k);
+    }
+    std::vector<IslandState> last;
+    if (!isSame) {
+        last.swap(islandStates);
+        islandStates.resize(active.size());
+    }
+    const bool sameRules = !rulesChanged && static_cast<double>(dt) == lastDt;
+    rulesChanged = false;
+    lastDt = static_cast<double>(dt);
+    parallelFor(*jobs, active.size(), 64, [&](std::size_t k) {
+        const Island& island = active[k];
+        IslandState& state = islandStates[k];
+        if (!isSame && island.before >= 0) {
+            state = std::move(last[static_cast<std::size_t>(island.before)]);
+        }
+        state.settled = false;
+        state.settles = false;
+        if (sameRules && isSettled(island, state)) {
+            settle(island, state, dt);
+        } else if (sameRules && maySettle(island, state)) {
+            ControllerState& control = state.control;
+            state.settles = ++control.slowSteps >= control.settleAfter;
+            if (control.slowSteps == control.settleAfter + settleSteps) {
+                control.slowSteps = 0;
+                control.settleAfter = std::min(2 * control.settleAfter, longestSettleAfter);
+            }
+        } else {
+            state.control.slowSteps = 0;
+            state.control.settleAfter = ControllerState{}.settleAfter;
+        }
+        state.pairs = island.pairs.size();
+        state.joints = island.joints.size();
     });
 }
 
 template <class S>
-void World<S>::Impl::measure() {
-    std::vector<Island<S>>& active = islands.awake();
-    for (PairContacts<S>& pair : contacts.pairs()) {
-        const Body<S>& a = bodies[pair.pair.a];
-        const Body<S>& b = bodies[pair.pair.b];
-        const int k =
-            std::max(a.isDynamic() ? islands.of(pair.pair.a) : -1, b.isDynamic() ? islands.of(pair.pair.b) : -1);
-        if (k >= 0) {
-            const double asked = toleranceOf(def.accuracy, a.def.tolerance, b.def.tolerance);
-            measurePenetration(pair, asked, solved[static_cast<std::size_t>(k)].error);
+Solver<S>& World<S>::Impl::solverOf(SolveRequest& request) {
+    report.maxWork = def.accuracy.maxWork;
+    load = {};
+    if (!hasQualityLevel()) {
+        return *solver;
+    }
+    const std::vector<Island>& active = islands.awake();
+    for (std::size_t k = 0; k < active.size(); ++k) {
+        if (!islandStates[k].settled) {
+            (islandStates[k].control.isCalm() ? load.calm : load.moving) += loadOf(active[k]);
         }
     }
-    totals_ = {};
+    BudgetChoice choice{def.accuracy.qualityLevel, def.accuracy.maxWork};
+    if (choice.qualityLevel < 0) {
+        choice = budget.choose(def.accuracy.budget, load);
+        if (choice.maxWork == 0 || (def.accuracy.maxWork > 0 && def.accuracy.maxWork < choice.maxWork)) {
+            choice.maxWork = def.accuracy.maxWork;
+        }
+    }
+    report.qualityLevel = choice.qualityLevel;
+    report.maxWork = choice.maxWork;
+    const QualityLevel qualityLevel = qualityLevelAt(report.qualityLevel, def.solver);
+    std::unique_ptr<Solver<S>>& made = levelSolvers[static_cast<std::size_t>(report.qualityLevel)];
+    if (!made) {
+        SolverSettings its = settings();
+        its.def = qualityLevel.solver;
+        made = makeSolver<S>(its);
+    }
+    request.subdivisions = qualityLevel.subdivisions;
+    request.accuracy.maxSubdivisions = std::min(request.accuracy.maxSubdivisions, qualityLevel.subdivisions);
+    return *made;
+}
+
+template <class S>
+void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt) {
+    // Kept by the thread for all islands that it solves: kept by each, it would be most of what a body costs in memory.
+    static thread_local Problem<S> problem;
+    static thread_local SolverMemory<S> shared;
+    // Patterns of so few bodies are found anew as fast as they are looked up.
+    constexpr std::size_t fewBodies = 2;
+    const Island& island = islands.awake()[k];
+    IslandState& state = islandStates[k];
+    SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory;
+    const WorldTables<S> tables{
+        bodies, joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia}};
+    std::swap(problem.memory, memory);
+    state.solved =
+        StepController<S>(tables, island, problem, state.control, by, request, state.settles, maxWork).step(dt);
+    std::swap(problem.memory, memory);
+    state.control.work = state.solved.report.work;
+    writeBack(problem, state, dt);
+}
+
+template <class S>
+void World<S>::Impl::solveIslands(S dt) {
+    const std::vector<Island>& active = islands.awake();
+    SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, 1};
+    Solver<S>& by = solverOf(request);
+    shareWork();
+    // Small islands in bunches, large ones one by one.
+    const std::size_t grain = std::clamp<std::size_t>(active.size() / 64, 1, 16);
+    parallelFor(*jobs, active.size(), grain, [&](std::size_t k) {
+        if (!islandStates[k].settled) {
+            solveIsland(k, by, request, maxWork_[k], dt);
+        }
+    });
     for (std::size_t k = 0; k < active.size(); ++k) {
-        active[k].memory.position = solved[k].error.position;
-        record(active[k], solved[k]);
+        if (!islandStates[k].isFinite) {
+            restoreNonFinite(active[k]);
+            islandStates[k].isFinite = true;
+        }
     }
 }
 
 template <class S>
-void World<S>::Impl::record(const Island<S>& island, const Solution& solution) {
+void World<S>::Impl::measure() {
+    for (PairContacts<S>& pair : contacts.pairs()) {
+        const int k = std::max(islands.of(pair.pair.a), islands.of(pair.pair.b));
+        if (k < 0 || islandStates[static_cast<std::size_t>(k)].settled) {
+            continue;
+        }
+        const double asked =
+            toleranceOf(def.accuracy, bodies[pair.pair.a].def.tolerance, bodies[pair.pair.b].def.tolerance);
+        measurePenetration(pair, asked, islandStates[static_cast<std::size_t>(k)].solved.error);
+    }
+    totals_ = {};
+    const std::vector<Island>& active = islands.awake();
+    report.islands.reserve(active.size());
+    for (std::size_t k = 0; k < active.size(); ++k) {
+        islandStates[k].control.position = islandStates[k].solved.error.position;
+        record(active[k], islandStates[k]);
+    }
+}
+
+template <class S>
+void World<S>::Impl::record(const Island& island, const IslandState& state) {
+    const Solution& solution = state.solved;
     const SolveReport& s = solution.report;
     const IslandError& e = solution.error;
     StepCounts& counts = report.counts;
+    counts.settledIslands += state.settled ? 1 : 0;
     counts.rows += s.rows;
     counts.directIslands += s.directSolves > 0 ? 1 : 0;
     counts.sweptIslands += s.sweptSolves > 0 ? 1 : 0;
-    counts.newtonIterations += s.newtonIterations;
-    counts.factorisations += s.factorisations;
-    counts.work += s.work;
+    if (!state.settled) {
+        counts.newtonIterations += s.newtonIterations;
+        counts.factorisations += s.factorisations;
+        counts.work += s.work;
+        counts.solves += solution.solves;
+        counts.narrow += solution.narrow;
+    }
     counts.truncated += s.truncated ? 1 : 0;
     // Sweeps that are too few for the masses let bodies into each other, step after step, and say nothing.
     constexpr double maxSunk = 0.002;  // m a step
     constexpr double shareGained = 0.01;
     counts.unconverged += s.unconverged || e.sunk > maxSunk ? 1 : 0;
     counts.energetic += s.energyGained > shareGained * s.energyInPlay ? 1 : 0;
-    counts.solves += solution.solves;
-    counts.narrow += solution.narrow;
     StepError& error = report.error;
     error.maxPenetration = std::max(error.maxPenetration, e.maxPenetration);
     error.maxJointGap = std::max(error.maxJointGap, e.maxJointGap);
@@ -353,11 +527,14 @@ void World<S>::Impl::record(const Island<S>& island, const Solution& solution) {
     report.flags |= e.over > 1 ? static_cast<std::uint32_t>(FlagTolerance) : 0U;
 
     IslandReport& one = report.islands.emplace_back();
-    for (const SolverBody<S>& body : island.bodies) {
-        one.bodies += body.fixed ? 0 : 1;
-    }
-    one.lowest = bodies.idAt(island.bodies.front().index);
+    one.bodies = static_cast<int>(island.bodies.size());
+    one.lowest = bodies.idAt(island.lowest());
     one.rows = s.rows;
+    one.settled = state.settled;
+    one.reason = solution.reason;
+    one.substeps = solution.substeps;
+    one.halvings = solution.halvings;
+    one.restarts = solution.restarts;
     one.subdivisions = solution.subdivisions;
     one.solves = solution.solves;
     one.swept = s.sweptSolves > 0;

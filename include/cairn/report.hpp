@@ -23,14 +23,32 @@ struct StepError {
     double momentumDefect = 0;              // N s, change of momentum that no external impulse explains
 };
 
+// Why an island's step was solved as it was.
+enum class PlanReason {
+    Asked,       // by the solver that the world's definition names
+    Exact,       // auto: its factor is within the bound
+    TooLarge,    // auto: swept, since its factor is not
+    TooDear,     // auto: swept, since the step's bound on work does not pay for what exact solutions took of late
+    BackingOff,  // auto: swept for some steps after an exact solution was not found
+};
+
+// In words, as `cairn explain` prints it.
+const char* name(PlanReason reason);
+
 // One awake island after a step.
 struct IslandReport {
     BodyId lowest;  // of its bodies, the one of lowest index
     int bodies = 0;
     int rows = 0;
-    int subdivisions = 1;           // that the step was divided into
-    int solves = 1;                 // solutions tried, until one was within what AccuracyDef asks
-    bool swept = false;             // whether sweeps had a part in it
+    // Nothing in it changes: it was not solved again, and all that is said of it is what the last solution said.
+    bool settled = false;
+    PlanReason reason = PlanReason::Asked;
+    int substeps = 1;      // that were taken, over all subdivisions
+    int halvings = 0;      // of a sub-step, because the solver refused one as too long
+    int restarts = 0;      // of the step, because an exact solution was not found
+    int subdivisions = 1;  // that the step was divided into
+    int solves = 1;        // solutions tried, until one was within what AccuracyDef asks
+    bool swept = false;    // whether sweeps had a part in it
     double position = 0;            // m, as StepError's
     double velocity = 0;            // m/s
     double overTolerance = 0;       // worst error over what was asked; above 1: not reached. 0 where nothing was asked
@@ -45,7 +63,8 @@ struct StepCounts {
     int carriedPairs = 0;  // awake pairs that had hardly moved and kept their contact points
     int contacts = 0;      // contact points
     int joints = 0;
-    int islands = 0;  // awake ones
+    int islands = 0;         // awake ones
+    int settledIslands = 0;  // of those, in which nothing changes
     int rows = 0;
     int directIslands = 0;     // islands whose answer is the direct solver's
     int sweptIslands = 0;      // islands whose answer is Gauss-Seidel's

@@ -18,7 +18,7 @@ inline Eigen::Index at(std::size_t i) {
 
 class HandMadeIsland {
 public:
-    Island<double> island;
+    Problem<double> problem;
 
     BodyId fixed(const Vec3d& position) { return add({.type = BodyType::Static, .position = position}); }
     BodyId particle(const Vec3d& position, double mass, const Vec3d& velocity = Vec3d::Zero()) {
@@ -36,9 +36,9 @@ public:
     void join(const JointDef& def) {
         Joint<double>& joint = joints_.emplace_back(makeJoint(def, table_));
         const auto index = [&](int k) { return k < joint.bodyCount() ? static_cast<int>(joint.body(k).index) : -1; };
-        island.joints.push_back({&joint, index(0), index(1), index(2), index(3)});
+        problem.joints.push_back({&joint, index(0), index(1), index(2), index(3)});
     }
-    SolverBody<double>& operator[](BodyId id) { return island.bodies[id.index]; }
+    SolverBody<double>& operator[](BodyId id) { return problem.bodies[id.index]; }
 
 private:
     BodyId add(const BodyDef& def) {
@@ -47,7 +47,7 @@ private:
         body.pose = {def.position, def.rotation};
         body.mass = def.mass;
         body.inertia = def.inertia.asDiagonal();
-        SolverBody<double>& s = island.bodies.emplace_back();
+        SolverBody<double>& s = problem.bodies.emplace_back();
         s.fixed = def.type != BodyType::Dynamic;
         s.particle = def.particle;
         s.pose = body.pose;
@@ -76,24 +76,24 @@ struct DenseIsland {
     DenseVector v;  // m/s, rad/s
     DenseVector C;  // m, rad
 
-    explicit DenseIsland(const Island<double>& island) {
-        const Eigen::Index rows = at(island.rows.size());
-        const Eigen::Index size = 6 * at(island.bodies.size());
+    explicit DenseIsland(const Problem<double>& problem) {
+        const Eigen::Index rows = at(problem.rows.size());
+        const Eigen::Index size = 6 * at(problem.bodies.size());
         J = Dense::Zero(rows, size);
         inverseMass = Dense::Zero(size, size);
         v = DenseVector::Zero(size);
         C = DenseVector::Zero(rows);
-        for (const RowBlock<double>& block : island.blocks) {
+        for (const RowBlock<double>& block : problem.blocks) {
             for (int r = block.first; r < block.first + block.count; ++r) {
-                const Row<double>& row = island.rows[static_cast<std::size_t>(r)];
+                const Row<double>& row = problem.rows[static_cast<std::size_t>(r)];
                 C(r) = row.C;
                 for (int k = 0; k < block.bodyCount(); ++k) {
                     J.block<1, 6>(r, 6 * block.body(k)) = bodyGradient(row, block, k).transpose();
                 }
             }
         }
-        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-            const SolverBody<double>& body = island.bodies[i];
+        for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+            const SolverBody<double>& body = problem.bodies[i];
             const Eigen::Index k = 6 * at(i);
             v.segment<6>(k) = body.v;
             if (!body.fixed) {
@@ -119,25 +119,25 @@ inline DenseVector stacked(const std::vector<double>& values) {
 }
 
 // The linear problem of a sub-step of h whose hard rows correct all of their error: J v + C / h = 0, from p = 0.
-inline RowProblem<double> problemOf(const Island<double>& island, double h) {
-    RowProblem<double> problem;
-    problem.terms.resize(island.rows.size());
-    problem.p.assign(island.rows.size(), 0.0);
-    for (const RowBlock<double>& block : island.blocks) {
-        problem.friction.push_back(block.friction);
+inline RowSystem<double> systemOf(const Problem<double>& problem, double h) {
+    RowSystem<double> system;
+    system.terms.resize(problem.rows.size());
+    system.p.assign(problem.rows.size(), 0.0);
+    for (const RowBlock<double>& block : problem.blocks) {
+        system.friction.push_back(block.friction);
         for (int r = block.first; r < block.first + block.count; ++r) {
             const std::size_t i = static_cast<std::size_t>(r);
             bool hard = false;
-            problem.terms[i] = rowTerms(island.rows[i], island.delassus(island.rows[i], block), h, hard);
+            system.terms[i] = rowTerms(problem.rows[i], problem.delassus(problem.rows[i], block), h, hard);
             if (hard) {
-                problem.terms[i].bias = island.rows[i].C / h;
+                system.terms[i].bias = problem.rows[i].C / h;
             }
         }
     }
-    for (const SolverBody<double>& body : island.bodies) {
-        problem.v.push_back(body.v);
+    for (const SolverBody<double>& body : problem.bodies) {
+        system.v.push_back(body.v);
     }
-    return problem;
+    return system;
 }
 
 }  // namespace cairn

@@ -17,7 +17,7 @@ namespace {
 
 template <class S>
 struct Cluster {
-    Island<S> part;
+    Problem<S> part;
     std::vector<std::size_t> bodies;  // of the island, for each of the part
     std::vector<std::size_t> blocks;
     ContactNewton<S> newton;
@@ -25,10 +25,10 @@ struct Cluster {
 
 // Body after body to clusters of at most `size`: by the force between neighbours, hardest first.
 template <class S>
-std::vector<int> assignBodies(const Island<S>& island, const std::vector<S>& p, int size, int& clusters) {
-    std::vector<std::map<int, S>> neighbours(island.bodies.size());
-    std::vector<S> carried(island.bodies.size(), S(0));
-    for (const RowBlock<S>& block : island.blocks) {
+std::vector<int> assignBodies(const Problem<S>& problem, const std::vector<S>& p, int size, int& clusters) {
+    std::vector<std::map<int, S>> neighbours(problem.bodies.size());
+    std::vector<S> carried(problem.bodies.size(), S(0));
+    for (const RowBlock<S>& block : problem.blocks) {
         S force = 0;
         for (int i = block.first; i < block.first + block.count; ++i) {
             force += std::abs(p[static_cast<std::size_t>(i)]);
@@ -42,13 +42,13 @@ std::vector<int> assignBodies(const Island<S>& island, const std::vector<S>& p, 
         }
     }
     std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        if (!island.bodies[i].fixed) {
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        if (!problem.bodies[i].fixed) {
             order.push_back(i);
         }
     }
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return carried[a] > carried[b]; });
-    std::vector<int> cluster(island.bodies.size(), -1);
+    std::vector<int> cluster(problem.bodies.size(), -1);
     clusters = 0;
     for (const std::size_t seed : order) {
         if (cluster[seed] >= 0) {
@@ -60,7 +60,7 @@ std::vector<int> assignBodies(const Island<S>& island, const std::vector<S>& p, 
             cluster[static_cast<std::size_t>(next)] = clusters;
             border.erase(next);
             for (const auto& [body, force] : neighbours[static_cast<std::size_t>(next)]) {
-                if (!island.bodies[static_cast<std::size_t>(body)].fixed &&
+                if (!problem.bodies[static_cast<std::size_t>(body)].fixed &&
                     cluster[static_cast<std::size_t>(body)] < 0) {
                     border[body] += force;
                 }
@@ -85,21 +85,21 @@ public:
           size_(settings.def.clusterSize > 0 ? settings.def.clusterSize : 16) {}
 
 private:
-    void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) override {
-        std::vector<Cluster<S>> clusters = split(island, problem);
+    void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override {
+        std::vector<Cluster<S>> clusters = split(problem, system);
         for (int k = 0; k < iterations; ++k) {
             for (std::size_t n = 0; n < clusters.size(); ++n) {
-                solve(clusters[k % 2 == 0 ? n : clusters.size() - 1 - n], clusters.size() == 1, island, problem);
+                solve(clusters[k % 2 == 0 ? n : clusters.size() - 1 - n], clusters.size() == 1, problem, system);
             }
         }
     }
 
-    std::vector<Cluster<S>> split(const Island<S>& island, const RowProblem<S>& problem) const {
+    std::vector<Cluster<S>> split(const Problem<S>& problem, const RowSystem<S>& system) const {
         int count = 0;
-        const std::vector<int> clusterOf = assignBodies(island, problem.p, size_, count);
+        const std::vector<int> clusterOf = assignBodies(problem, system.p, size_, count);
         std::vector<Cluster<S>> clusters(static_cast<std::size_t>(count));
-        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-            const RowBlock<S>& block = island.blocks[k];
+        for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+            const RowBlock<S>& block = problem.blocks[k];
             int cluster = -1;  // the first of those that the block's bodies are in
             for (int n = 0; n < block.bodyCount(); ++n) {
                 const int own = clusterOf[static_cast<std::size_t>(block.body(n))];
@@ -109,7 +109,7 @@ private:
                 clusters[static_cast<std::size_t>(cluster)].blocks.push_back(k);
             }
         }
-        std::vector<int> local(island.bodies.size());
+        std::vector<int> local(problem.bodies.size());
         for (Cluster<S>& cluster : clusters) {
             std::fill(local.begin(), local.end(), -1);
             const auto localOf = [&](int body) {
@@ -120,12 +120,12 @@ private:
                 if (place < 0) {
                     place = static_cast<int>(cluster.bodies.size());
                     cluster.bodies.push_back(static_cast<std::size_t>(body));
-                    cluster.part.bodies.push_back(island.bodies[static_cast<std::size_t>(body)]);
+                    cluster.part.bodies.push_back(problem.bodies[static_cast<std::size_t>(body)]);
                 }
                 return place;
             };
             for (const std::size_t k : cluster.blocks) {
-                RowBlock<S> block = island.blocks[k];
+                RowBlock<S> block = problem.blocks[k];
                 const std::size_t first = static_cast<std::size_t>(block.first);
                 block.a = localOf(block.a);
                 block.b = localOf(block.b);
@@ -134,8 +134,8 @@ private:
                 block.first = static_cast<int>(cluster.part.rows.size());
                 cluster.part.blocks.push_back(block);
                 for (std::size_t i = first; i < first + static_cast<std::size_t>(block.count); ++i) {
-                    cluster.part.rows.push_back(island.rows[i]);
-                    cluster.part.responses.push_back(island.responses[i]);
+                    cluster.part.rows.push_back(problem.rows[i]);
+                    cluster.part.responses.push_back(problem.responses[i]);
                 }
             }
             cluster.newton.prepare(cluster.part);
@@ -145,24 +145,24 @@ private:
 
     // The cluster's rows, from the present velocities less what these rows gave to them.
     // `alone`: it is the whole island.
-    void solve(Cluster<S>& cluster, bool alone, const Island<S>& island, RowProblem<S>& problem) const {
-        RowProblem<S>& own = cluster.newton.problem;
+    void solve(Cluster<S>& cluster, bool alone, const Problem<S>& problem, RowSystem<S>& system) const {
+        RowSystem<S>& own = cluster.newton.system;
         for (std::size_t n = 0; n < cluster.bodies.size(); ++n) {
-            own.v[n] = problem.v[cluster.bodies[n]];
+            own.v[n] = system.v[cluster.bodies[n]];
         }
         for (std::size_t m = 0; m < cluster.blocks.size(); ++m) {
             const RowBlock<S>& block = cluster.part.blocks[m];
-            const std::size_t from = static_cast<std::size_t>(island.blocks[cluster.blocks[m]].first);
+            const std::size_t from = static_cast<std::size_t>(problem.blocks[cluster.blocks[m]].first);
             // A contact that the sweeps leave alone carries nothing.
-            const bool idle = block.kind == BlockKind::Contact && !(problem.terms[from].delassus > S(0));
-            own.friction[m] = idle ? S(-1) : problem.friction[cluster.blocks[m]];
+            const bool idle = block.kind == BlockKind::Contact && !(system.terms[from].delassus > S(0));
+            own.friction[m] = idle ? S(-1) : system.friction[cluster.blocks[m]];
             for (std::size_t r = 0; r < static_cast<std::size_t>(block.count); ++r) {
                 const std::size_t i = static_cast<std::size_t>(block.first) + r;
-                own.terms[i] = problem.terms[from + r];
+                own.terms[i] = system.terms[from + r];
                 if (idle) {
                     own.terms[i].lo = own.terms[i].hi = S(0);
                 }
-                own.p[i] = problem.p[from + r];
+                own.p[i] = system.p[from + r];
                 own.push(cluster.part, i, block, -own.p[i]);
             }
         }
@@ -181,18 +181,18 @@ private:
         if (!cluster.newton.solve(cluster.part, options).converged) {
             cluster.newton.runFallbackSweeps(cluster.part, 4);
         }
-        problem.visits += own.visits;
-        problem.blockProducts += own.blockProducts;
+        system.visits += own.visits;
+        system.blockProducts += own.blockProducts;
         own.visits = 0;
         own.blockProducts = 0;
         for (std::size_t n = 0; n < cluster.bodies.size(); ++n) {
-            problem.v[cluster.bodies[n]] = own.v[n];
+            system.v[cluster.bodies[n]] = own.v[n];
         }
         for (std::size_t m = 0; m < cluster.blocks.size(); ++m) {
             const RowBlock<S>& block = cluster.part.blocks[m];
-            const std::size_t to = static_cast<std::size_t>(island.blocks[cluster.blocks[m]].first);
+            const std::size_t to = static_cast<std::size_t>(problem.blocks[cluster.blocks[m]].first);
             for (std::size_t r = 0; r < static_cast<std::size_t>(block.count); ++r) {
-                problem.p[to + r] = own.p[static_cast<std::size_t>(block.first) + r];
+                system.p[to + r] = own.p[static_cast<std::size_t>(block.first) + r];
             }
         }
     }

@@ -3,6 +3,19 @@
 #include "engine/solve/newton/joint_newton.hpp"
 
 namespace cairn {
+
+// Newton works in double whatever the world's precision: a load of 1e4 : 1 leaves no digits of a float for the light
+// body.
+template <class S>
+struct DirectMemory {
+    ContactNewton<double> newton;
+    JointNewton<S> joints;
+    Problem<double> wide;      // bodies and rows of a float island, in double
+    std::uint64_t graph = 0;  // for which cost was predicted
+    double factorWork = 0;
+    double rows = 0;
+};
+
 namespace {
 
 // Errors up to this much (m or rad) are corrected by the velocity of the next step: too slow to be seen as a bounce.
@@ -47,25 +60,12 @@ constexpr int minFallbackSweeps = 3;  // where a bound on work leaves no room fo
 template <class S>
 constexpr double contactSlop = std::is_same_v<S, double> ? 1e-6 : 1e-5;
 
-// Newton works in double whatever the world's precision: a load of 1e4 : 1 leaves no digits of a float for the light
-// body.
 template <class S>
-struct DirectMemory {
-    ContactNewton<double> newton;
-    JointNewton<S> joints;
-    Island<double> wide;      // bodies and rows of a float island, in double
-    std::uint64_t graph = 0;  // for which cost was predicted
-    double factorWork = 0;
-    double rows = 0;
-};
-
-template <class S>
-DirectMemory<S>& memoryOf(Island<S>& island) {
-    using Memory = std::shared_ptr<DirectMemory<S>>;
-    if (std::any_cast<Memory>(&island.memory.solver) == nullptr) {
-        island.memory.solver = std::make_shared<DirectMemory<S>>();
+DirectMemory<S>& memoryOf(Problem<S>& problem) {
+    if (!problem.memory.direct) {
+        problem.memory.direct = std::make_shared<DirectMemory<S>>();
     }
-    return **std::any_cast<Memory>(&island.memory.solver);
+    return *problem.memory.direct;
 }
 
 Row<double> widenRow(const Row<float>& row) {
@@ -119,34 +119,34 @@ SolverBody<double> widenBody(const SolverBody<float>& body) {
 }
 
 // The bodies and rows of an island as it stands, in double.
-const Island<double>& widen(const Island<double>& island, DirectMemory<double>&) {
-    return island;
+const Problem<double>& widen(const Problem<double>& problem, DirectMemory<double>&) {
+    return problem;
 }
 
-const Island<double>& widen(const Island<float>& island, DirectMemory<float>& memory) {
-    Island<double>& wide = memory.wide;
+const Problem<double>& widen(const Problem<float>& problem, DirectMemory<float>& memory) {
+    Problem<double>& wide = memory.wide;
     wide.bodies.clear();
-    for (const SolverBody<float>& body : island.bodies) {
+    for (const SolverBody<float>& body : problem.bodies) {
         wide.bodies.push_back(widenBody(body));
     }
     wide.rows.clear();
-    for (const Row<float>& row : island.rows) {
+    for (const Row<float>& row : problem.rows) {
         wide.rows.push_back(widenRow(row));
     }
     wide.blocks.clear();
-    for (const RowBlock<float>& block : island.blocks) {
+    for (const RowBlock<float>& block : problem.blocks) {
         wide.blocks.push_back(widenBlock(block));
     }
-    wide.jointBlocks = island.jointBlocks;
+    wide.jointBlocks = problem.jointBlocks;
     wide.respond();
     return wide;
 }
 
 // m/s, of the centres of mass at the start of the sub-step.
 template <class S>
-S fastestSpeed(const Island<S>& island) {
+S fastestSpeed(const Problem<S>& problem) {
     S fastest = 0;
-    for (const SolverBody<S>& body : island.bodies) {
+    for (const SolverBody<S>& body : problem.bodies) {
         fastest = std::max(fastest, body.vBefore.template head<3>().norm());
     }
     return fastest;
@@ -154,17 +154,17 @@ S fastestSpeed(const Island<S>& island) {
 
 // Whether contacts are expected to open and shut.
 template <class S>
-bool isActiveSetChanging(const Island<S>& island) {
-    return !island.manifolds.empty() && fastestSpeed(island) > static_cast<S>(movingSpeed);
+bool isActiveSetChanging(const Problem<S>& problem) {
+    return !problem.contacts.empty() && fastestSpeed(problem) > static_cast<S>(movingSpeed);
 }
 
 // Whether no jointed body turns so far within the sub-step that its rows point elsewhere afterwards.
 template <class S>
-bool turnsLittle(const Island<S>& island, const ContactNewton<double>& newton, double h) {
+bool turnsLittle(const Problem<S>& problem, const ContactNewton<double>& newton, double h) {
     const auto turn = [&](int body) {
-        return h * newton.problem.v[static_cast<std::size_t>(body)].template tail<3>().norm();
+        return h * newton.system.v[static_cast<std::size_t>(body)].template tail<3>().norm();
     };
-    return std::all_of(island.joints.begin(), island.joints.end(),
+    return std::all_of(problem.joints.begin(), problem.joints.end(),
                        [&](const auto& link) { return turn(link.a) <= maxTurn && turn(link.b) <= maxTurn; });
 }
 
@@ -172,20 +172,20 @@ bool turnsLittle(const Island<S>& island, const ContactNewton<double>& newton, d
 // point where they did at its start, which is an explicit rule for the swing of a tight chain, and unstable from h
 // omega = 2 on. omega^2 is that of a body held by the force f at the end of an arm: |f| |arm| / I, the geometric
 // stiffness of the joint (theory 7.17).
-bool swingsLittle(const Island<double>& island, const ContactNewton<double>& newton, double h) {
-    std::vector<double> stiffness(island.bodies.size(), 0.0);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(island.jointBlocks); ++k) {
-        const RowBlock<double>& block = island.blocks[k];
+bool swingsLittle(const Problem<double>& problem, const ContactNewton<double>& newton, double h) {
+    std::vector<double> stiffness(problem.bodies.size(), 0.0);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(problem.jointBlocks); ++k) {
+        const RowBlock<double>& block = problem.blocks[k];
         Vec3<double> impulse = Vec3<double>::Zero();  // on b
         for (int r = 0; r < block.pointRows; ++r) {
             const std::size_t i = static_cast<std::size_t>(block.first + r);
-            impulse += newton.problem.p[i] * island.rows[i].b.head<3>();
+            impulse += newton.system.p[i] * problem.rows[i].b.head<3>();
         }
         stiffness[static_cast<std::size_t>(block.a)] += std::max(0.0, -impulse.dot(block.armA)) / h;
         stiffness[static_cast<std::size_t>(block.b)] += std::max(0.0, impulse.dot(block.armB)) / h;
     }
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        const SolverBody<double>& body = island.bodies[i];
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        const SolverBody<double>& body = problem.bodies[i];
         if (!body.fixed && h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > maxPhase) {
             return false;
         }
@@ -196,19 +196,19 @@ bool swingsLittle(const Island<double>& island, const ContactNewton<double>& new
 // Newton iterations that the sub-step's bound on work still pays for after what has been spent, with what a few
 // fallback sweeps take kept back.
 template <class S>
-int affordableIterations(const Island<S>& island, const ContactNewton<double>& newton, double spent) {
+int affordableIterations(const Problem<S>& problem, const ContactNewton<double>& newton, double spent) {
     constexpr double limit = 1e6;
     constexpr double visits = 4;  // of each row in an iteration, beside the factor
-    const double rows = static_cast<double>(island.rows.size());
+    const double rows = static_cast<double>(problem.rows.size());
     const double kept = 2 * minFallbackSweeps * rows;
-    const double iterations = (island.maxWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
+    const double iterations = (problem.limits.maxWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
     return static_cast<int>(std::clamp(iterations, 0.0, limit));
 }
 
 // The base tolerance holds for what rests. What moves at a speed v is solved to a share of v: a ten-thousandth of it is
 // far below what the step length itself gets wrong.
 template <class S>
-NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings, double work) {
+NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settings, double work) {
     constexpr double movingShare = 1e-4;
     // A moving heap changes its contacts by more than any iteration resolves, and every iteration is dear. Sweeps with
     // conjugate directions first, which find most of the active set and how fast each contact slides, so that De
@@ -216,22 +216,22 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
     // boxes falling: 18.6 to 7.8 iterations a solve, and less penetration).
     constexpr double heapShare = 5e-3;
     constexpr double heapWork = 100;  // block multiply-adds of a factor
-    const bool heap = isActiveSetChanging(island) && work > heapWork;
+    const bool heap = isActiveSetChanging(problem) && work > heapWork;
     constexpr double deSaxceShare = 5e-3;
     constexpr double jointShare = 0.1;
     // What an iteration leaves of the bias. Rows that do not open and shut bear a tighter regularisation than others: a
     // chain with a load of 1000 at its end takes 2 iterations a sub-step in place of 5, to the same digits. At 1e-7
     // what H has lost to round-off keeps the residual above the tolerance.
     constexpr double jointOnlyRegularisation = 1e-6;
-    const double speed = static_cast<double>(fastestSpeed(island));
+    const double speed = static_cast<double>(fastestSpeed(problem));
     NewtonOptions options;
     // A loose regularisation takes fewer iterations where contacts open and shut; a tight one fewer where rows stay.
-    options.regularisation = isActiveSetChanging(island) ? (heap ? 1e-1 : 1e-2) : 1e-4;
+    options.regularisation = isActiveSetChanging(problem) ? (heap ? 1e-1 : 1e-2) : 1e-4;
     options.heap = heap;
     options.maxDeSaxceUpdates = heap ? 0 : options.maxDeSaxceUpdates;
     options.minRegularisation = 1e-9;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (std::is_same_v<S, double> ? 1e-7 : 2e-5);
-    if (!island.manifolds.empty()) {
+    if (!problem.contacts.empty()) {
         options.tolerance = std::max(options.tolerance, (heap ? heapShare : movingShare) * speed);
     } else {
         // Joints alone converge at the price of a substitution an iteration, and their forces are read by games.
@@ -239,83 +239,92 @@ NewtonOptions optionsFor(const Island<S>& island, const SolverSettings& settings
         options.regularisation = jointOnlyRegularisation;
     }
     // At rest little is left to contradiction: creep would add up.
-    options.stalled = options.tolerance * (island.manifolds.empty() || isActiveSetChanging(island) ? 10 : 2);
+    options.stalled = options.tolerance * (problem.contacts.empty() || isActiveSetChanging(problem) ? 10 : 2);
     options.deSaxceTolerance = std::max(1e-3, deSaxceShare * speed);
     options.maxIterations = settings.def.iterations > 0 ? settings.def.iterations : 60;
-    if (island.iterationCap > 0) {
-        options.maxIterations = std::min(options.maxIterations, island.iterationCap);
+    if (problem.plan.iterationCap > 0) {
+        options.maxIterations = std::min(options.maxIterations, problem.plan.iterationCap);
+    }
+    if (problem.plan.settles) {
+        // What is then repeated must balance to the digits that are left; a step goes as far as it would at any time.
+        constexpr double settledShare = 1e-7;
+        constexpr int settleIterations = 16;
+        options.enough = options.tolerance;
+        options.tolerance *= settledShare;
+        options.stalled *= settledShare;
+        options.maxIterations = std::min(options.maxIterations, settleIterations);
     }
     return options;
 }
 
-void fillProblem(const Island<double>& island, ContactNewton<double>& newton, const SolverSettings& settings,
+void fillSystem(const Problem<double>& problem, ContactNewton<double>& newton, const SolverSettings& settings,
                  double band, double gentle, double h) {
-    RowProblem<double>& problem = newton.problem;
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<double>& block = island.blocks[k];
-        problem.friction[k] = frictionCoefficient(island, block);
+    RowSystem<double>& system = newton.system;
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<double>& block = problem.blocks[k];
+        system.friction[k] = frictionCoefficient(problem, block);
         for (int r = 0; r < block.count; ++r) {
             const std::size_t i = static_cast<std::size_t>(block.first + r);
-            const Row<double>& row = island.rows[i];
+            const Row<double>& row = problem.rows[i];
             bool hard = false;
-            RowTerms<double>& t = problem.terms[i];
-            t = rowTerms(row, island.responses[i].delassus, h, hard);
+            RowTerms<double>& t = system.terms[i];
+            t = rowTerms(row, problem.responses[i].delassus, h, hard);
             if (hard) {
                 const double C = block.kind == BlockKind::Contact ? row.C - std::clamp(row.C, -band, band) : row.C;
                 t.bias = hardBias(C, row.lo, gentle, h);
             }
-            problem.p[i] = row.lambda * h * settings.def.warmStart;
+            system.p[i] = row.lambda * h * settings.def.warmStart;
         }
         if (block.kind == BlockKind::Contact && block.count == 3) {
             // The share of last step's friction that today's coefficient still carries.
-            double* p = &problem.p[static_cast<std::size_t>(block.first)];
+            double* p = &system.p[static_cast<std::size_t>(block.first)];
             const double length = planeLength(p[1], p[2]);
-            const double limit = problem.friction[k] * p[0];
+            const double limit = system.friction[k] * p[0];
             if (length > limit) {
                 p[1] *= limit / length;
                 p[2] *= limit / length;
             }
         }
     }
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        newton.vStar[i] = island.bodies[i].v;
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        newton.vStar[i] = problem.bodies[i].v;
     }
 }
 
 // A number that changes when who touches whom changes (FNV-1a).
 template <class S>
-std::uint64_t graphOf(const Island<S>& island) {
+std::uint64_t graphOf(const Problem<S>& problem) {
     std::uint64_t hash = 14695981039346656037U;
     const auto add = [&](auto... numbers) {
         ((hash = (hash ^ static_cast<std::uint32_t>(numbers)) * 1099511628211U), ...);
     };
-    for (const SolverBody<S>& body : island.bodies) {
+    for (const SolverBody<S>& body : problem.bodies) {
         add(body.fixed ? 1 : 0);
     }
-    for (const auto& link : island.joints) {
+    for (const auto& link : problem.joints) {
         add(link.a, link.b, link.c, link.d);
     }
-    for (const auto& link : island.locks) {
+    for (const auto& link : problem.locks) {
         add(link.b);
     }
-    for (const auto& link : island.manifolds) {
-        add(link.a, link.b, link.manifold->geometry.count);
+    for (const ProblemContact<S>& contact : problem.contacts) {
+        add(contact.a, contact.b, contact.count);
     }
     return hash;
 }
 
 // The largest violation of a hard row at the present poses, m or rad.
 template <class S>
-S worstError(const Island<S>& island) {
+S worstError(const Problem<S>& problem) {
     std::vector<S> C;
-    island.contactErrors(C);
+    problem.contactErrors(C);
     S worst = 0;
     for (const S c : C) {
         worst = std::max(worst, -c);
     }
-    island.jointErrors(C);
+    problem.jointErrors(C);
     for (std::size_t i = 0; i < C.size(); ++i) {
-        Row<S> row = island.rows[i];
+        Row<S> row = problem.rows[i];
         row.C = C[i];
         worst = std::max(worst, row.violation());
     }
@@ -324,22 +333,22 @@ S worstError(const Island<S>& island) {
 
 // The problem of moving the bodies by h v, as little as may be (in the metric of mass), to where the hard rows are
 // obeyed. Friction, motors and springs have no part in it.
-void fillProjection(const Island<double>& island, ContactNewton<double>& newton, double pushOut, double h) {
-    RowProblem<double>& problem = newton.problem;
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<double>& block = island.blocks[k];
-        problem.friction[k] = -1;
+void fillProjection(const Problem<double>& problem, ContactNewton<double>& newton, double pushOut, double h) {
+    RowSystem<double>& system = newton.system;
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<double>& block = problem.blocks[k];
+        system.friction[k] = -1;
         for (std::size_t i = static_cast<std::size_t>(block.first);
              i < static_cast<std::size_t>(block.first + block.count); ++i) {
-            const Row<double>& row = island.rows[i];
-            RowTerms<double>& t = problem.terms[i];
+            const Row<double>& row = problem.rows[i];
+            RowTerms<double>& t = system.terms[i];
             t = {};
-            problem.p[i] = 0.0;
+            system.p[i] = 0.0;
             if (row.isVelocity || row.isSoft()) {
                 continue;
             }
             const bool equality = row.lo < 0.0 && row.hi > 0.0;
-            t.delassus = island.responses[i].delassus;
+            t.delassus = problem.responses[i].delassus;
             t.lo = row.lo;
             t.hi = row.hi;
             t.bias = equality ? std::clamp(row.C / h, -pushOut, pushOut) : std::max(row.C / h, -pushOut);
@@ -350,97 +359,97 @@ void fillProjection(const Island<double>& island, ContactNewton<double>& newton,
     }
 }
 
-NewtonReport solve(ContactNewton<double>& newton, const Island<double>& island, const NewtonOptions& options,
+NewtonReport solve(ContactNewton<double>& newton, const Problem<double>& problem, const NewtonOptions& options,
                    SolveReport& report) {
-    const double before = newton.problem.work();
-    const NewtonReport solved = newton.solve(island, options);
+    const double before = newton.system.work();
+    const NewtonReport solved = newton.solve(problem, options);
     report.newtonIterations += solved.iterations;
     report.factorisations += solved.factorisations;
-    report.work += newton.problem.work() - before;
+    report.work += newton.system.work() - before;
     return solved;
 }
 
 }  // namespace
 
 template <class S>
-int Direct<S>::substeps(Island<S>&, S) const {
-    return settings_.def.substeps > 0 ? settings_.def.substeps : 1;
+StepPlan Direct<S>::plan(Problem<S>&, const ControllerState&, S) const {
+    return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 1};
 }
 
 template <class S>
-typename Direct<S>::Cost Direct<S>::predictCost(Island<S>& island) const {
-    DirectMemory<S>& memory = memoryOf(island);
-    if (const std::uint64_t graph = graphOf(island); graph != memory.graph) {
+typename Direct<S>::Cost Direct<S>::predictCost(Problem<S>& problem) const {
+    DirectMemory<S>& memory = memoryOf(problem);
+    if (const std::uint64_t graph = graphOf(problem); graph != memory.graph) {
         memory.graph = graph;
-        island.linearize();
-        memory.newton.prepare(widen(island, memory), settings_.def.linearSolver);
+        problem.linearize();
+        memory.newton.prepare(widen(problem, memory), settings_.def.linearSolver);
         memory.factorWork = memory.newton.work();
-        memory.rows = static_cast<double>(island.rows.size());
+        memory.rows = static_cast<double>(problem.rows.size());
     }
-    return {memory.factorWork, memory.factorWork * (isActiveSetChanging(island) ? 30 : 1), memory.rows};
+    return {memory.factorWork, memory.factorWork * (isActiveSetChanging(problem) ? 30 : 1), memory.rows};
 }
 
 template <class S>
-SolveReport Direct<S>::advance(Island<S>& island, S h) {
+SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     SolveReport report;
     report.directSolves = 1;
-    island.predict(h);
-    island.linearize();
-    resolveImpacts(island, settings_, h);
-    report.rows = static_cast<int>(island.rows.size());
-    DirectMemory<S>& memory = memoryOf(island);
-    const bool jointsAlone = memory.joints.prepare(island, maxJointWork * static_cast<double>(island.bodies.size()));
-    if (jointsAlone && solveJoints(island, h, report)) {
+    problem.predict(h);
+    problem.linearize();
+    resolveImpacts(problem, settings_, h);
+    report.rows = static_cast<int>(problem.rows.size());
+    DirectMemory<S>& memory = memoryOf(problem);
+    const bool jointsAlone = memory.joints.prepare(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
+    if (jointsAlone && solveJoints(problem, h, report)) {
         return report;
     }
-    const Island<double>& wide = widen(island, memory);
+    const Problem<double>& wide = widen(problem, memory);
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
     newton.prepare(wide, settings_.def.linearSolver);
-    fillProblem(wide, newton, settings_, contactSlop<S>, jointsAlone ? slowSpeed : smallError / hWide, hWide);
-    NewtonOptions options = optionsFor(island, settings_, newton.work());
-    const int affordable = std::max(minIterations, affordableIterations(island, newton, report.work));
+    fillSystem(wide, newton, settings_, contactSlop<S>, jointsAlone ? slowSpeed : smallError / hWide, hWide);
+    NewtonOptions options = optionsFor(problem, settings_, newton.work());
+    const int affordable = std::max(minIterations, affordableIterations(problem, newton, report.work));
     const bool isBounded = affordable < options.maxIterations;
     options.maxIterations = std::min(options.maxIterations, affordable);
     NewtonReport solved = solve(newton, wide, options, report);
     // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
-    const bool quiet = !isActiveSetChanging(island);
+    const bool quiet = !isActiveSetChanging(problem);
     const bool shortEnough =
-        !island.mayRefuse || (turnsLittle(island, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
+        !problem.limits.mayRefuse || (turnsLittle(problem, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
     const bool closed =
-        solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(island, options, h, report));
+        solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
     report.truncated = report.truncated || (isBounded && !solved.converged);
     // What was truncated would not fare better in shorter sub-steps of the same work.
-    if (solved.converged ? !closed && island.mayRefuse : !report.truncated && (island.mayRefuse || island.mayRestart)) {
+    if (solved.converged ? !closed && problem.limits.mayRefuse : !report.truncated && (problem.limits.mayRefuse || problem.plan.mayRestart())) {
         report.tooLong = true;
         return report;
     }
     if (!solved.converged) {
-        const double sweeps = (island.maxWork - report.work) / (2 * static_cast<double>(island.rows.size()));
+        const double sweeps = (problem.limits.maxWork - report.work) / (2 * static_cast<double>(problem.rows.size()));
         solved.residual = newton.runFallbackSweeps(
             wide, static_cast<int>(std::clamp<double>(sweeps, minFallbackSweeps, fallbackSweeps)));
     }
     report.residual = solved.residual;
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        island.bodies[i].v = newton.problem.v[i].template cast<S>();
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        problem.bodies[i].v = newton.system.v[i].template cast<S>();
     }
-    for (std::size_t i = 0; i < island.rows.size(); ++i) {
-        island.rows[i].lambda = static_cast<S>(newton.problem.p[i] / hWide);
+    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+        problem.rows[i].lambda = static_cast<S>(newton.system.p[i] / hWide);
     }
-    island.storeLambda(h);
-    island.integrate(h);
-    projectErrors(island, h, report);
+    problem.storeLambda(h);
+    problem.integrate(h);
+    projectErrors(problem, h, report);
     return report;
 }
 
 template <class S>
-bool Direct<S>::solveJoints(Island<S>& island, S h, SolveReport& report) const {
-    JointNewton<S>& joints = memoryOf(island).joints;
+bool Direct<S>::solveJoints(Problem<S>& problem, S h, SolveReport& report) const {
+    JointNewton<S>& joints = memoryOf(problem).joints;
     S farthest = 0;
-    for (const SolverBody<S>& body : island.bodies) {
+    for (const SolverBody<S>& body : problem.bodies) {
         farthest = std::max(farthest, body.pose.position.cwiseAbs().maxCoeff());
     }
     JointNewtonOptions options;
@@ -448,66 +457,66 @@ bool Direct<S>::solveJoints(Island<S>& island, S h, SolveReport& report) const {
     options.floor = 2 * static_cast<double>(Eigen::NumTraits<S>::epsilon() * farthest);
     options.gentle = smallError;
     options.warmStart = settings_.def.warmStart;
-    const bool answered = joints.solve(island, h, options, report);
-    const double turn = island.mayRefuse ? maxTurn : maxWildTurn;
+    const bool answered = joints.solve(problem, h, options, report);
+    const double turn = problem.limits.mayRefuse ? maxTurn : maxWildTurn;
     const double maxShare = joints.isImplicit() ? maxImplicitWork : maxExplicitWork;
     const bool accepted = answered && static_cast<double>(h) * joints.fastestSpin() <= turn &&
-                          (island.mayRefuse ? std::abs(joints.energyShare()) <= maxShare
+                          (problem.limits.mayRefuse ? std::abs(joints.energyShare()) <= maxShare
                                             : joints.energyShare() <= growthOfShortest * maxShare);
-    if (island.mayRefuse && !accepted) {
+    if (problem.limits.mayRefuse && !accepted) {
         report.tooLong = true;
         return true;
     }
     if (!accepted) {
         return false;
     }
-    joints.handBack(island, h);
-    island.storeLambda(h);
-    island.integrate(h);
+    joints.handBack(problem, h);
+    problem.storeLambda(h);
+    problem.integrate(h);
     if (joints.worst() > smallError) {
-        projectErrors(island, h, report);
+        projectErrors(problem, h, report);
     }
     return true;
 }
 
 template <class S>
-bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S h, SolveReport& report) const {
-    if (island.jointBlocks == 0) {
+bool Direct<S>::correctJoints(Problem<S>& problem, const NewtonOptions& options, S h, SolveReport& report) const {
+    if (problem.jointBlocks == 0) {
         return true;
     }
-    DirectMemory<S>& memory = memoryOf(island);
-    const Island<double>& wide = widen(island, memory);
+    DirectMemory<S>& memory = memoryOf(problem);
+    const Problem<double>& wide = widen(problem, memory);
     ContactNewton<double>& newton = memory.newton;
-    const std::vector<SolverBody<S>> start = island.bodies;
+    const std::vector<SolverBody<S>> start = problem.bodies;
     const S gentle = static_cast<S>(smallError);
     // No tighter than what the velocities are solved to.
     const S tolerance = std::max(static_cast<S>(jointTolerance), S(2) * h * static_cast<S>(options.tolerance));
-    const RowProblem<double> uncorrected = newton.problem;
+    const RowSystem<double> uncorrected = newton.system;
     NewtonOptions onwards = options;
     onwards.goesOn = true;
     std::vector<S> C;
     S worst = 0;
     for (int iteration = 0; iteration < jointIterations; ++iteration) {
-        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-            island.bodies[i].v = newton.problem.v[i].template cast<S>();
+        for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+            problem.bodies[i].v = newton.system.v[i].template cast<S>();
         }
-        island.integrate(h);
-        island.jointErrors(C);
-        island.bodies = start;
+        problem.integrate(h);
+        problem.jointErrors(C);
+        problem.bodies = start;
         worst = 0;
         for (std::size_t i = 0; i < C.size(); ++i) {
-            const Row<S>& row = island.rows[i];
+            const Row<S>& row = problem.rows[i];
             if (!row.isHardEquality()) {
                 continue;
             }
             const S error = C[i] - row.C + std::clamp(row.C, -gentle, gentle);
             worst = std::max(worst, std::abs(error));
-            newton.problem.terms[i].bias += static_cast<double>(error / h);
+            newton.system.terms[i].bias += static_cast<double>(error / h);
         }
         if (worst <= tolerance) {
             return true;
         }
-        onwards.maxIterations = std::min(options.maxIterations, affordableIterations(island, newton, report.work));
+        onwards.maxIterations = std::min(options.maxIterations, affordableIterations(problem, newton, report.work));
         if (onwards.maxIterations == 0) {
             report.truncated = true;
             break;
@@ -518,15 +527,15 @@ bool Direct<S>::correctJoints(Island<S>& island, const NewtonOptions& options, S
         }
     }
     // What the linear rows say errs, but is bounded; corrections that do not settle need not be.
-    newton.problem = uncorrected;
+    newton.system = uncorrected;
     return false;
 }
 
 template <class S>
-void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const {
-    DirectMemory<S>& memory = memoryOf(island);
+void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) const {
+    DirectMemory<S>& memory = memoryOf(problem);
     ContactNewton<double>& newton = memory.newton;
-    NewtonOptions options = optionsFor(island, settings_, newton.work());
+    NewtonOptions options = optionsFor(problem, settings_, newton.work());
     options.tolerance = 0.1 * smallError / static_cast<double>(h);
     options.stalled = 10 * options.tolerance;
     S before = infinity<S>();
@@ -534,44 +543,44 @@ void Direct<S>::projectErrors(Island<S>& island, S h, SolveReport& report) const
     std::vector<Row<S>> rows;
     std::vector<RowResponse<S>> responses;
     for (int pass = 0; pass < projectionPasses; ++pass) {
-        const S worst = worstError(island);
+        const S worst = worstError(problem);
         // Rows that contradict each other do not get better.
         if (worst <= static_cast<S>(smallError) || worst > S(0.9) * before) {
             break;
         }
         before = worst;
-        options.maxIterations = std::min(options.maxIterations, affordableIterations(island, newton, report.work));
+        options.maxIterations = std::min(options.maxIterations, affordableIterations(problem, newton, report.work));
         if (options.maxIterations < minIterations) {
             report.truncated = true;
             break;
         }
         if (rows.empty()) {
-            rows = island.rows;
-            responses = island.responses;
+            rows = problem.rows;
+            responses = problem.responses;
         }
-        island.linearize();
-        const Island<double>& wide = widen(island, memory);
+        problem.linearize();
+        const Problem<double>& wide = widen(problem, memory);
         newton.prepare(wide, settings_.def.linearSolver);
         newton.forget();
         fillProjection(wide, newton, settings_.maxPushOutSpeed, static_cast<double>(h));
         solve(newton, wide, options, report);
-        const std::vector<SolverBody<S>> unmoved = island.bodies;
-        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-            SolverBody<S>& body = island.bodies[i];
+        const std::vector<SolverBody<S>> unmoved = problem.bodies;
+        for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+            SolverBody<S>& body = problem.bodies[i];
             if (!body.fixed) {
-                const Vec6<S> moved = h * newton.problem.v[i].template cast<S>();
+                const Vec6<S> moved = h * newton.system.v[i].template cast<S>();
                 body.pose.position += moved.template head<3>();
                 body.pose.rotation = rotated<S>(body.pose.rotation, moved.template tail<3>());
             }
         }
-        if (!(worstError(island) < worst)) {
-            island.bodies = unmoved;
+        if (!(worstError(problem) < worst)) {
+            problem.bodies = unmoved;
             break;
         }
     }
     if (!rows.empty()) {
-        island.rows = std::move(rows);
-        island.responses = std::move(responses);
+        problem.rows = std::move(rows);
+        problem.responses = std::move(responses);
     }
 }
 

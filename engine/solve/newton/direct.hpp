@@ -16,8 +16,8 @@ template <class S>
 class Direct final : public Solver<S> {
 public:
     explicit Direct(const SolverSettings& settings) : settings_(settings) {}
-    SolveReport advance(Island<S>& island, S h) override;
-    int substeps(Island<S>& island, S dt) const override;
+    SolveReport advance(Problem<S>& problem, S h) override;
+    StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override;
 
     struct Cost {
         double factor = 0;  // block multiply-adds of one factor of the island
@@ -26,17 +26,17 @@ public:
         double rows = 0;
     };
     // What a sub-step of the island is expected to cost. Cheap while who touches whom stays the same.
-    Cost predictCost(Island<S>& island) const;
+    Cost predictCost(Problem<S>& problem) const;
 
     // Moves the bodies, by as little as may be and without changing their velocities, to where joints and contacts are
     // obeyed to a tenth of a millimetre. Rows are those of the sub-step of length h (s) that was just taken.
-    void projectErrors(Island<S>& island, S h, SolveReport& report) const;
+    void projectErrors(Problem<S>& problem, S h, SolveReport& report) const;
 
 private:
     // Of joints alone (joint_newton.hpp): takes the sub-step or refuses it. False: no answer, and it may not be
     // refused.
-    bool solveJoints(Island<S>& island, S h, SolveReport& report) const;
-    bool correctJoints(Island<S>& island, const NewtonOptions& options, S h, SolveReport& report) const;
+    bool solveJoints(Problem<S>& problem, S h, SolveReport& report) const;
+    bool correctJoints(Problem<S>& problem, const NewtonOptions& options, S h, SolveReport& report) const;
 
     SolverSettings settings_;
 };

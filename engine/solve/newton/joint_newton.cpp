@@ -41,34 +41,34 @@ void addSwing(JointBody& body, const Vec3<double>& f, const Vec3<double>& arm) {
 }  // namespace
 
 template <class S>
-bool JointNewton<S>::prepare(const Island<S>& island, double maxWork) {
-    if (!island.manifolds.empty() || island.blocks.empty()) {
+bool JointNewton<S>::prepare(const Problem<S>& problem, double maxWork) {
+    if (!problem.contacts.empty() || problem.blocks.empty()) {
         return false;
     }
     graph_.clear();
     counts_.clear();
-    for (const RowBlock<S>& block : island.blocks) {
+    for (const RowBlock<S>& block : problem.blocks) {
         if (block.particles || at(block.count) > JointFactor::maxRows) {
             return false;
         }
-        const auto node = [&](int body) { return island.bodies[at(body)].fixed ? -1 : body; };
+        const auto node = [&](int body) { return problem.bodies[at(body)].fixed ? -1 : body; };
         graph_.push_back({node(block.a), node(block.b)});
         counts_.push_back(block.count);
     }
-    for (const SolverBody<S>& body : island.bodies) {
+    for (const SolverBody<S>& body : problem.bodies) {
         if (body.particle || body.holdsInertia) {
             return false;
         }
     }
-    return factor_.analyse(graph_, counts_, island.bodies.size(), maxWork);
+    return factor_.analyse(graph_, counts_, problem.bodies.size(), maxWork);
 }
 
 // Takes the rows where h v brings the bodies, and the residuals of both and of the balance of momentum.
 template <class S>
-void JointNewton<S>::evaluate(Island<S>& island, S h) {
+void JointNewton<S>::evaluate(Problem<S>& problem, S h) {
     const double wide = static_cast<double>(h);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        SolverBody<S>& body = island.bodies[i];
+        SolverBody<S>& body = problem.bodies[i];
         JointBody& mine = bodies_[i];
         body.pose = start_[i];
         body.pose = body.moved(mine.v.template cast<S>(), h);
@@ -88,11 +88,11 @@ void JointNewton<S>::evaluate(Island<S>& island, S h) {
     }
     endRows_.clear();
     endBlocks_.clear();
-    island.linearizeJoints(endRows_, endBlocks_);
+    problem.linearizeJoints(endRows_, endBlocks_);
     worst_ = 0;
     residual_ = 0;
     for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
-        evaluateBlock(island, k, wide);
+        evaluateBlock(problem, k, wide);
     }
     scatter_ = 0;
     for (const JointBody& body : bodies_) {
@@ -104,8 +104,8 @@ void JointNewton<S>::evaluate(Island<S>& island, S h) {
 }
 
 template <class S>
-void JointNewton<S>::evaluateBlock(const Island<S>& island, std::size_t k, double h) {
-    const RowBlock<S>& start = island.blocks[k];
+void JointNewton<S>::evaluateBlock(const Problem<S>& problem, std::size_t k, double h) {
+    const RowBlock<S>& start = problem.blocks[k];
     const RowBlock<S>& end = endBlocks_[k];
     const Vec3<double> armA = start.armA.template cast<double>();
     const Vec3<double> armB = start.armB.template cast<double>();
@@ -125,7 +125,7 @@ void JointNewton<S>::evaluateBlock(const Island<S>& island, std::size_t k, doubl
     for (int r = 0; r < end.count; ++r) {
         const std::size_t i = at(end.first + r);
         const Row<S>& row = endRows_[i];
-        const Row<S>& first = island.rows[i];
+        const Row<S>& first = problem.rows[i];
         JointRow& mine = rows_[i];
         double C = static_cast<double>(row.C);
         mine.a = first.a.template cast<double>();
@@ -177,19 +177,19 @@ void JointNewton<S>::evaluateBlock(const Island<S>& island, std::size_t k, doubl
 // From the forces of the last solve and, of what hangs, from its weight, which a slack chain will have to bear when it
 // tightens.
 template <class S>
-double JointNewton<S>::chooseLag(const Island<S>& island, double h) {
+double JointNewton<S>::chooseLag(const Problem<S>& problem, double h) {
     constexpr double fullPhase = 4;  // (h omega)^2, from which on lag is 1/2
     double weight = 0;               // N
     const bool hangs =
         std::any_of(graph_.begin(), graph_.end(), [](const auto& ends) { return ends[0] < 0 || ends[1] < 0; });
-    for (const SolverBody<S>& body : island.bodies) {
+    for (const SolverBody<S>& body : problem.bodies) {
         weight += hangs ? static_cast<double>(body.force.template head<3>().norm()) : 0.0;
     }
     moments_.assign(bodies_.size(), 0.0);
-    for (const RowBlock<S>& block : island.blocks) {
+    for (const RowBlock<S>& block : problem.blocks) {
         Vec3<double> impulse = Vec3<double>::Zero();
         for (int i = block.first; i < block.first + block.count; ++i) {
-            impulse += rows_[at(i)].p * island.rows[at(i)].b.template head<3>().template cast<double>();
+            impulse += rows_[at(i)].p * problem.rows[at(i)].b.template head<3>().template cast<double>();
         }
         const double force = std::max(weight, impulse.norm() / h);
         moments_[at(block.a)] += force * static_cast<double>(block.armA.norm());
@@ -330,12 +330,12 @@ bool JointNewton<S>::newtonStep() {
 }
 
 template <class S>
-void JointNewton<S>::start(Island<S>& island, S h, const JointNewtonOptions& options) {
+void JointNewton<S>::start(Problem<S>& problem, S h, const JointNewtonOptions& options) {
     const double wide = static_cast<double>(h);
-    bodies_.resize(island.bodies.size());
-    start_.resize(island.bodies.size());
+    bodies_.resize(problem.bodies.size());
+    start_.resize(problem.bodies.size());
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        const SolverBody<S>& body = island.bodies[i];
+        const SolverBody<S>& body = problem.bodies[i];
         JointBody& mine = bodies_[i];
         start_[i] = body.pose;
         mine.fixed = body.fixed;
@@ -361,14 +361,14 @@ void JointNewton<S>::start(Island<S>& island, S h, const JointNewtonOptions& opt
         }
         mine.ahead.setIdentity();
     }
-    rows_.resize(island.rows.size());
+    rows_.resize(problem.rows.size());
     right_.resize(rows_.size());
-    active_.resize(island.blocks.size());
+    active_.resize(problem.blocks.size());
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-        const Row<S>& row = island.rows[i];
+        const Row<S>& row = problem.rows[i];
         JointRow& mine = rows_[i];
         bool hard = false;
-        const RowTerms<S> terms = rowTerms(row, island.responses[i].delassus, h, hard);
+        const RowTerms<S> terms = rowTerms(row, problem.responses[i].delassus, h, hard);
         mine.terms = {static_cast<double>(terms.delassus), static_cast<double>(terms.bias),
                       static_cast<double>(terms.softness), static_cast<double>(terms.lo),
                       static_cast<double>(terms.hi)};
@@ -380,15 +380,15 @@ void JointNewton<S>::start(Island<S>& island, S h, const JointNewtonOptions& opt
         mine.giveA.setZero();
         mine.giveB.setZero();
     }
-    lag_ = chooseLag(island, wide);
-    evaluate(island, h);
+    lag_ = chooseLag(problem, wide);
+    evaluate(problem, h);
 }
 
 template <class S>
-bool JointNewton<S>::solve(Island<S>& island, S h, const JointNewtonOptions& options, SolveReport& report) {
+bool JointNewton<S>::solve(Problem<S>& problem, S h, const JointNewtonOptions& options, SolveReport& report) {
     const double wide = static_cast<double>(h);
     const auto visited = [&] { report.work += static_cast<double>(rows_.size()); };
-    start(island, h, options);
+    start(problem, h, options);
     visited();
     bool found = isSettled(wide, options);
     const auto step = [&] {
@@ -400,7 +400,7 @@ bool JointNewton<S>::solve(Island<S>& island, S h, const JointNewtonOptions& opt
         return newtonStep();
     };
     for (int iteration = 0; !found && iteration < maxIterations && step(); ++iteration) {
-        evaluate(island, h);
+        evaluate(problem, h);
         visited();
         if (!std::isfinite(residual_ + scatter_)) {
             break;
@@ -408,11 +408,11 @@ bool JointNewton<S>::solve(Island<S>& island, S h, const JointNewtonOptions& opt
         found = isSettled(wide, options);
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        island.bodies[i].pose = start_[i];
+        problem.bodies[i].pose = start_[i];
     }
     if (found) {
         report.residual = residual_;
-        sumUp(island);
+        sumUp(problem);
     }
     return found;
 }
@@ -427,7 +427,7 @@ double JointNewton<S>::fastestSpin() const {
 }
 
 template <class S>
-void JointNewton<S>::sumUp(const Island<S>& island) {
+void JointNewton<S>::sumUp(const Problem<S>& problem) {
     jointWork_ = 0;
     inPlay_ = 0;
     for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
@@ -447,7 +447,7 @@ void JointNewton<S>::sumUp(const Island<S>& island) {
         if (!body.fixed) {
             const Vec3<double> w = body.vBefore.tail<3>();
             inPlay_ += 0.5 * (body.mass * body.vBefore.head<3>().squaredNorm() + w.dot(body.inertia * w)) +
-                       fallInPlay * static_cast<double>(island.bodies[i].force.template head<3>().norm());
+                       fallInPlay * static_cast<double>(problem.bodies[i].force.template head<3>().norm());
         }
     }
 }
@@ -455,11 +455,11 @@ void JointNewton<S>::sumUp(const Island<S>& island) {
 // The poses go where the joints are closed; the twists that are handed on get the last digits of the balance of
 // momentum.
 template <class S>
-void JointNewton<S>::handBack(Island<S>& island, S h) const {
+void JointNewton<S>::handBack(Problem<S>& problem, S h) const {
     const double wide = static_cast<double>(h);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         const JointBody& mine = bodies_[i];
-        SolverBody<S>& body = island.bodies[i];
+        SolverBody<S>& body = problem.bodies[i];
         if (mine.fixed) {
             continue;
         }
@@ -475,7 +475,7 @@ void JointNewton<S>::handBack(Island<S>& island, S h) const {
         body.offset = (wide * left).template cast<S>();
     }
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-        Row<S>& row = island.rows[i];
+        Row<S>& row = problem.rows[i];
         row.a = rows_[i].a.template cast<S>();
         row.b = rows_[i].b.template cast<S>();
         row.lambda = static_cast<S>(rows_[i].p / wide);

@@ -18,7 +18,7 @@
 // is off by (h omega)^2 5/24 in place of 1/24, and angular momentum by what theta turns the torques, of the same order.
 // lag is 0 (SHAKE) while no body's swing exceeds a radian a sub-step under the present forces or, of what hangs, under
 // its whole weight.
-#include "engine/islands/row_terms.hpp"
+#include "engine/problem/row_terms.hpp"
 #include "engine/solve/newton/joint_factor.hpp"
 
 namespace cairn {
@@ -61,12 +61,12 @@ class JointNewton {
 public:
     // Reads the graph of the joints. False where it cannot serve: with contacts, particles or gyroscopic inertia
     // (SolverDef), or where its factor would cost more than `maxWork` block multiply-adds (6x6).
-    bool prepare(const Island<S>& island, double maxWork);
+    bool prepare(const Problem<S>& problem, double maxWork);
     // A sub-step of a predicted and linearised island. False: Newton has not converged. The island is as it was.
-    bool solve(Island<S>& island, S h, const JointNewtonOptions& options, SolveReport& report);
+    bool solve(Problem<S>& problem, S h, const JointNewtonOptions& options, SolveReport& report);
     // Gives the island the last solve(): the bodies' twists, the rows' gradients and lambda, for integrate() to move
     // it.
-    void handBack(Island<S>& island, S h) const;
+    void handBack(Problem<S>& problem, S h) const;
     double fastestSpin() const;  // rad/s, of the last solve()
     // m or rad, of the worst hard row at the end of the last solve().
     double worst() const { return worst_; }
@@ -80,15 +80,15 @@ public:
 private:
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-    void start(Island<S>& island, S h, const JointNewtonOptions& options);
-    double chooseLag(const Island<S>& island, double h);
-    void evaluate(Island<S>& island, S h);
-    void evaluateBlock(const Island<S>& island, std::size_t block, double h);
+    void start(Problem<S>& problem, S h, const JointNewtonOptions& options);
+    double chooseLag(const Problem<S>& problem, double h);
+    void evaluate(Problem<S>& problem, S h);
+    void evaluateBlock(const Problem<S>& problem, std::size_t block, double h);
     bool isSettled(double h, const JointNewtonOptions& options) const;
     void chooseActive();
     void stiffen(double h);
     bool newtonStep();
-    void sumUp(const Island<S>& island);
+    void sumUp(const Problem<S>& problem);
 
     JointFactor factor_;
     JointFactor::Graph graph_;

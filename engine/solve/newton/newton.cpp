@@ -43,21 +43,21 @@ Mat3<S> coneDerivative(const Vec3<S>& y, S mu) {
 }  // namespace
 
 template <class S>
-void ContactNewton<S>::prepare(const Island<S>& island, LinearSolver linearSolver) {
+void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSolver) {
     factored_ = factored_ && linearSolver == linearSolver_;
     linearSolver_ = linearSolver;
-    node_.assign(island.bodies.size(), -1);
+    node_.assign(problem.bodies.size(), -1);
     bodyOfNode_.clear();
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        if (!island.bodies[i].fixed) {
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        if (!problem.bodies[i].fixed) {
             node_[i] = static_cast<int>(bodyOfNode_.size());
             bodyOfNode_.push_back(static_cast<int>(i));
         }
     }
     std::vector<std::pair<typename BlockCholesky<S>::Edge, std::size_t>> wanted;
-    edgesOfBlock_.assign(island.blocks.size(), {});
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        forEachEdge(island.blocks[k], [&](std::size_t pair, int a, int b) {
+    edgesOfBlock_.assign(problem.blocks.size(), {});
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        forEachEdge(problem.blocks[k], [&](std::size_t pair, int a, int b) {
             wanted.push_back({{std::min(a, b), std::max(a, b)}, 6 * k + pair});
         });
     }
@@ -73,29 +73,29 @@ void ContactNewton<S>::prepare(const Island<S>& island, LinearSolver linearSolve
         factor_.analyse(static_cast<int>(bodyOfNode_.size()), edges);
     }
     productWork_ = static_cast<double>(bodyOfNode_.size() + edges.size());
-    problem.terms.resize(island.rows.size());
-    problem.friction.resize(island.blocks.size());
-    problem.p.resize(island.rows.size());
-    vStar.resize(island.bodies.size());
-    problem.v.resize(island.bodies.size());
-    factored_ = factored_ && factorHolds(island);
+    system.terms.resize(problem.rows.size());
+    system.friction.resize(problem.blocks.size());
+    system.p.resize(problem.rows.size());
+    vStar.resize(problem.bodies.size());
+    system.v.resize(problem.bodies.size());
+    factored_ = factored_ && factorHolds(problem);
 }
 
 template <class S>
-bool ContactNewton<S>::factorHolds(const Island<S>& island) const {
-    if (island.bodies.size() != factoredPoses_.size() || island.blocks.size() != factoredBlocks_.size() ||
-        island.rows.size() != weight_.size()) {
+bool ContactNewton<S>::factorHolds(const Problem<S>& problem) const {
+    if (problem.bodies.size() != factoredPoses_.size() || problem.blocks.size() != factoredBlocks_.size() ||
+        problem.rows.size() != weight_.size()) {
         return false;
     }
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         if (factoredBlocks_[k] != std::array<int, 3>{block.a, block.b, block.first}) {
             return false;
         }
     }
     const S still = static_cast<S>(reusableMotion);
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        const Pose<S>& pose = island.bodies[i].pose;
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        const Pose<S>& pose = problem.bodies[i].pose;
         const Pose<S>& old = factoredPoses_[i];
         if ((pose.position - old.position).cwiseAbs().maxCoeff() > still ||
             (pose.rotation.coeffs() - old.rotation.coeffs()).cwiseAbs().maxCoeff() > still) {
@@ -106,51 +106,51 @@ bool ContactNewton<S>::factorHolds(const Island<S>& island) const {
 }
 
 template <class S>
-void ContactNewton<S>::rowVelocities(const Island<S>& island, const std::vector<Vec6<S>>& twist,
+void ContactNewton<S>::rowVelocities(const Problem<S>& problem, const std::vector<Vec6<S>>& twist,
                                      std::vector<S>& out) const {
-    out.resize(island.rows.size());
-    for (const RowBlock<S>& block : island.blocks) {
+    out.resize(problem.rows.size());
+    for (const RowBlock<S>& block : problem.blocks) {
         for (int i = block.first; i < block.first + block.count; ++i) {
-            out[at(i)] = rowDot(island.rows[at(i)], block, [&](int k) -> const Vec6<S>& { return twist[at(k)]; });
+            out[at(i)] = rowDot(problem.rows[at(i)], block, [&](int k) -> const Vec6<S>& { return twist[at(k)]; });
         }
     }
 }
 
 template <class S>
-void ContactNewton<S>::momentumVelocity(const Island<S>& island) {
+void ContactNewton<S>::momentumVelocity(const Problem<S>& problem) {
     std::vector<Vec6<S>>& impulse = step_;
-    impulse.assign(island.bodies.size(), Vec6<S>::Zero());
-    for (const RowBlock<S>& block : island.blocks) {
+    impulse.assign(problem.bodies.size(), Vec6<S>::Zero());
+    for (const RowBlock<S>& block : problem.blocks) {
         for (int k = 0; k < block.bodyCount(); ++k) {
             Vec6<S>& sum = impulse[at(block.body(k))];
             for (int i = block.first; i < block.first + block.count; ++i) {
-                sum += bodyGradient(island.rows[at(i)], block, k) * problem.p[at(i)];
+                sum += bodyGradient(problem.rows[at(i)], block, k) * system.p[at(i)];
             }
         }
     }
-    for (std::size_t i = 0; i < problem.v.size(); ++i) {
-        problem.v[i] = vStar[i];
-        if (!island.bodies[i].fixed) {
-            problem.v[i] += island.bodies[i].applyInverseMass(impulse[i]);
+    for (std::size_t i = 0; i < system.v.size(); ++i) {
+        system.v[i] = vStar[i];
+        if (!problem.bodies[i].fixed) {
+            system.v[i] += problem.bodies[i].applyInverseMass(impulse[i]);
         }
     }
 }
 
 // u already holds the bias.
 template <class S>
-void ContactNewton<S>::respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse) {
+void ContactNewton<S>::respond(const Problem<S>& problem, const std::vector<S>& u, std::vector<S>& impulse) {
     impulse.resize(u.size());
     y_.resize(u.size());
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
-            const RowTerms<S>& t = problem.terms[i];
+            const RowTerms<S>& t = system.terms[i];
             y_[i] = (delta_[i] * centre_[i] - u[i]) / (delta_[i] + t.softness);
             impulse[i] = std::clamp(y_[i], t.lo, t.hi);
         }
-        if (isCone(island, k)) {
+        if (isCone(problem, k)) {
             const std::size_t i = at(block.first);
-            const Vec3<S> p = projectOnCone(Vec3<S>(y_[i], y_[i + 1], y_[i + 2]), problem.friction[k]);
+            const Vec3<S> p = projectOnCone(Vec3<S>(y_[i], y_[i + 1], y_[i + 2]), system.friction[k]);
             impulse[i] = p.x();
             impulse[i + 1] = p.y();
             impulse[i + 2] = p.z();
@@ -159,18 +159,18 @@ void ContactNewton<S>::respond(const Island<S>& island, const std::vector<S>& u,
 }
 
 template <class S>
-S ContactNewton<S>::gradient(const Island<S>& island, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const {
+S ContactNewton<S>::gradient(const Problem<S>& problem, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const {
     out.assign(bodyOfNode_.size(), Vec6<S>::Zero());
     for (std::size_t n = 0; n < out.size(); ++n) {
         const std::size_t body = at(bodyOfNode_[n]);
-        out[n] = island.bodies[body].applyMass(problem.v[body] - vStar[body]);
+        out[n] = problem.bodies[body].applyMass(system.v[body] - vStar[body]);
     }
-    for (const RowBlock<S>& block : island.blocks) {
+    for (const RowBlock<S>& block : problem.blocks) {
         for (int k = 0; k < block.bodyCount(); ++k) {
             const int n = node_[at(block.body(k))];
             for (int i = block.first; n >= 0 && i < block.first + block.count; ++i) {
                 if (impulse[at(i)] != S(0)) {
-                    out[at(n)] -= bodyGradient(island.rows[at(i)], block, k) * impulse[at(i)];
+                    out[at(n)] -= bodyGradient(problem.rows[at(i)], block, k) * impulse[at(i)];
                 }
             }
         }
@@ -178,7 +178,7 @@ S ContactNewton<S>::gradient(const Island<S>& island, const std::vector<S>& impu
     // As a speed: how fast the left-over impulse would set a body's surface moving.
     S worst = 0;
     for (std::size_t n = 0; n < out.size(); ++n) {
-        const SolverBody<S>& body = island.bodies[at(bodyOfNode_[n])];
+        const SolverBody<S>& body = problem.bodies[at(bodyOfNode_[n])];
         worst =
             std::max(worst, std::sqrt(std::max(S(0), out[n].dot(body.applyInverseMass(out[n])) * body.inverseMass)));
     }
@@ -186,23 +186,23 @@ S ContactNewton<S>::gradient(const Island<S>& island, const std::vector<S>& impu
 }
 
 template <class S>
-bool ContactNewton<S>::weigh(const Island<S>& island, const std::vector<S>& y) {
+bool ContactNewton<S>::weigh(const Problem<S>& problem, const std::vector<S>& y) {
     const S tight = static_cast<S>(sameWeight);
     bool same = factored_;
     weight_.resize(y.size(), S(0));
-    coneWeight_.resize(island.blocks.size(), Mat3<S>::Zero());
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    coneWeight_.resize(problem.blocks.size(), Mat3<S>::Zero());
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         const std::size_t first = at(block.first);
-        if (isCone(island, k)) {
+        if (isCone(problem, k)) {
             const Mat3<S> w =
-                coneDerivative(Vec3<S>(y[first], y[first + 1], y[first + 2]), problem.friction[k]) / delta_[first];
+                coneDerivative(Vec3<S>(y[first], y[first + 1], y[first + 2]), system.friction[k]) / delta_[first];
             same = same && (w - coneWeight_[k]).cwiseAbs().maxCoeff() <= tight * w.cwiseAbs().maxCoeff();
             coneWeight_[k] = w;
             continue;
         }
         for (std::size_t i = first; i < first + at(block.count); ++i) {
-            const RowTerms<S>& t = problem.terms[i];
+            const RowTerms<S>& t = system.terms[i];
             const S w = y[i] > t.lo && y[i] < t.hi && t.delassus > S(0) ? S(1) / (delta_[i] + t.softness) : S(0);
             same = same && std::abs(w - weight_[i]) <= tight * w;
             weight_[i] = w;
@@ -212,27 +212,27 @@ bool ContactNewton<S>::weigh(const Island<S>& island, const std::vector<S>& y) {
 }
 
 template <class S>
-bool ContactNewton<S>::factorise(const Island<S>& island, const std::vector<S>& y, NewtonReport& report) {
-    if (weigh(island, y)) {
+bool ContactNewton<S>::factorise(const Problem<S>& problem, const std::vector<S>& y, NewtonReport& report) {
+    if (weigh(problem, y)) {
         return true;
     }
-    assemble(island);
+    assemble(problem);
     ++report.factorisations;
-    problem.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;
+    system.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;
     factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor() : diagonal_.invert();
     factoredPoses_.clear();
-    for (const SolverBody<S>& body : island.bodies) {
+    for (const SolverBody<S>& body : problem.bodies) {
         factoredPoses_.push_back(body.pose);
     }
     factoredBlocks_.clear();
-    for (const RowBlock<S>& block : island.blocks) {
+    for (const RowBlock<S>& block : problem.blocks) {
         factoredBlocks_.push_back({block.a, block.b, block.first});
     }
     return factored_;
 }
 
 template <class S>
-void ContactNewton<S>::assemble(const Island<S>& island) {
+void ContactNewton<S>::assemble(const Problem<S>& problem) {
     const bool whole = linearSolver_ == LinearSolver::Factor;
     if (whole) {
         factor_.setZero();
@@ -247,7 +247,7 @@ void ContactNewton<S>::assemble(const Island<S>& island) {
         }
     };
     for (std::size_t n = 0; n < bodyOfNode_.size(); ++n) {
-        const SolverBody<S>& body = island.bodies[at(bodyOfNode_[n])];
+        const SolverBody<S>& body = problem.bodies[at(bodyOfNode_[n])];
         Mat6<S> mass = Mat6<S>::Zero();
         mass.template topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
         if (body.particle) {
@@ -258,8 +258,8 @@ void ContactNewton<S>::assemble(const Island<S>& island) {
         }
         addDiagonal(static_cast<int>(n), mass);
     }
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         std::array<Mat6<S>, 4> diagonal;
         std::array<Mat6<S>, 6> off;
         diagonal.fill(Mat6<S>::Zero());
@@ -276,9 +276,9 @@ void ContactNewton<S>::assemble(const Island<S>& island) {
                 }
             }
         };
-        if (isCone(island, k)) {
+        if (isCone(problem, k)) {
             const Mat3<S>& w = coneWeight_[k];
-            const Row<S>* row = &island.rows[at(block.first)];
+            const Row<S>* row = &problem.rows[at(block.first)];
             for (int r = 0; r < 3 && w.trace() > S(0); ++r) {
                 add(
                     [&](int m) -> Vec6<S> {
@@ -290,7 +290,7 @@ void ContactNewton<S>::assemble(const Island<S>& island) {
         } else {
             for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
                 if (weight_[i] > S(0)) {
-                    const Row<S>& row = island.rows[i];
+                    const Row<S>& row = problem.rows[i];
                     add([&](int m) -> Vec6<S> { return weight_[i] * bodyGradient(row, block, m); }, row);
                 }
             }
@@ -313,31 +313,31 @@ void ContactNewton<S>::assemble(const Island<S>& island) {
 }
 
 template <class S>
-void ContactNewton<S>::product(const Island<S>& island, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y) {
-    wide_.assign(island.bodies.size(), Vec6<S>::Zero());
+void ContactNewton<S>::product(const Problem<S>& problem, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y) {
+    wide_.assign(problem.bodies.size(), Vec6<S>::Zero());
     for (std::size_t n = 0; n < x.size(); ++n) {
         const std::size_t body = at(bodyOfNode_[n]);
         wide_[body] = x[n];
-        y[n] = island.bodies[body].applyMass(x[n]);
+        y[n] = problem.bodies[body].applyMass(x[n]);
     }
-    problem.visits += island.rows.size();
+    system.visits += problem.rows.size();
     const auto twist = [&](int k) -> const Vec6<S>& { return wide_[at(k)]; };
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         const std::size_t first = at(block.first);
         const auto push = [&](std::size_t row, S impulse) {
             for (int m = 0; m < block.bodyCount(); ++m) {
                 if (const int n = node_[at(block.body(m))]; n >= 0) {
-                    y[at(n)] += bodyGradient(island.rows[row], block, m) * impulse;
+                    y[at(n)] += bodyGradient(problem.rows[row], block, m) * impulse;
                 }
             }
         };
-        if (isCone(island, k)) {
+        if (isCone(problem, k)) {
             const Mat3<S>& w = coneWeight_[k];
             if (w.trace() > S(0)) {
                 Vec3<S> u;
                 for (int r = 0; r < 3; ++r) {
-                    u(r) = rowDot(island.rows[first + at(r)], block, twist);
+                    u(r) = rowDot(problem.rows[first + at(r)], block, twist);
                 }
                 const Vec3<S> impulse = w * u;
                 for (int r = 0; r < 3; ++r) {
@@ -348,14 +348,14 @@ void ContactNewton<S>::product(const Island<S>& island, const std::vector<Vec6<S
         }
         for (std::size_t i = first; i < first + at(block.count); ++i) {
             if (weight_[i] > S(0)) {
-                push(i, weight_[i] * rowDot(island.rows[i], block, twist));
+                push(i, weight_[i] * rowDot(problem.rows[i], block, twist));
             }
         }
     }
 }
 
 template <class S>
-void ContactNewton<S>::newtonStep(const Island<S>& island, std::vector<Vec6<S>>& g, NewtonReport& report) {
+void ContactNewton<S>::newtonStep(const Problem<S>& problem, std::vector<Vec6<S>>& g, NewtonReport& report) {
     for (Vec6<S>& block : g) {
         block = -block;
     }
@@ -363,35 +363,35 @@ void ContactNewton<S>::newtonStep(const Island<S>& island, std::vector<Vec6<S>>&
     if (linearSolver_ == LinearSolver::Factor) {
         factor_.solve(g);
         // Two substitutions, each a product of every block with a sixth of one.
-        problem.blockProducts += static_cast<double>(2 * factor_.blocks()) / 6;
+        system.blockProducts += static_cast<double>(2 * factor_.blocks()) / 6;
         return;
     }
-    report.products += conjugateGradients<S>([&](const auto& x, auto& y) { product(island, x, y); }, diagonal_,
+    report.products += conjugateGradients<S>([&](const auto& x, auto& y) { product(problem, x, y); }, diagonal_,
                                              static_cast<S>(stepShare), maxProducts, g);
 }
 
 // Moves v along `step` to where the slope of f vanishes, or nearly: f is convex, so the slope rises along the line.
 template <class S>
-void ContactNewton<S>::lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step) {
-    std::vector<Vec6<S>> wide(island.bodies.size(), Vec6<S>::Zero());
+void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S>& u, const std::vector<Vec6<S>>& step) {
+    std::vector<Vec6<S>> wide(problem.bodies.size(), Vec6<S>::Zero());
     S linear = 0;
     S quadratic = 0;
     for (std::size_t n = 0; n < step.size(); ++n) {
         const std::size_t body = at(bodyOfNode_[n]);
         wide[body] = step[n];
-        const Vec6<S> heavy = island.bodies[body].applyMass(step[n]);
-        linear += heavy.dot(problem.v[body] - vStar[body]);
+        const Vec6<S> heavy = problem.bodies[body].applyMass(step[n]);
+        linear += heavy.dot(system.v[body] - vStar[body]);
         quadratic += heavy.dot(step[n]);
     }
     std::vector<S> du;
-    rowVelocities(island, wide, du);
-    problem.visits += du.size();
+    rowVelocities(problem, wide, du);
+    system.visits += du.size();
     along_.resize(u.size());
     const auto slope = [&](S alpha) {
         for (std::size_t i = 0; i < u.size(); ++i) {
             along_[i] = u[i] + alpha * du[i];
         }
-        respond(island, along_, trial_);
+        respond(problem, along_, trial_);
         S value = linear + alpha * quadratic;
         for (std::size_t i = 0; i < u.size(); ++i) {
             value -= du[i] * trial_[i];
@@ -430,40 +430,40 @@ void ContactNewton<S>::lineSearch(const Island<S>& island, const std::vector<S>&
         }
     }
     for (std::size_t n = 0; n < step.size(); ++n) {
-        problem.v[at(bodyOfNode_[n])] += alpha * step[n];
+        system.v[at(bodyOfNode_[n])] += alpha * step[n];
     }
 }
 
 template <class S>
-double ContactNewton<S>::residual(const Island<S>& island) const {
+double ContactNewton<S>::residual(const Problem<S>& problem) const {
     S speed = 0;
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         const std::size_t first = at(block.first);
-        if (isCone(island, k)) {
+        if (isCone(problem, k)) {
             const S scale = std::max(
-                {problem.terms[first].delassus, problem.terms[first + 1].delassus, problem.terms[first + 2].delassus});
+                {system.terms[first].delassus, system.terms[first + 1].delassus, system.terms[first + 2].delassus});
             if (scale <= S(0)) {
                 continue;
             }
             Vec3<S> p;
             Vec3<S> u;
             for (int r = 0; r < 3; ++r) {
-                p(r) = problem.p[first + at(r)];
-                u(r) = problem.rowVelocity(island.rows[first + at(r)], block) + problem.terms[first + at(r)].bias;
+                p(r) = system.p[first + at(r)];
+                u(r) = system.rowVelocity(problem.rows[first + at(r)], block) + system.terms[first + at(r)].bias;
             }
             u.x() += deSaxce_[k];
-            const S mu = problem.friction[k];
+            const S mu = system.friction[k];
             speed = std::max(speed, scale * (p - projectOnCone<S>(p - u / scale, mu)).norm());
             continue;
         }
         for (std::size_t i = first; i < first + at(block.count); ++i) {
-            const RowTerms<S>& t = problem.terms[i];
+            const RowTerms<S>& t = system.terms[i];
             if (t.delassus <= S(0)) {
                 continue;
             }
-            const S p = problem.p[i];
-            const S u = problem.rowVelocity(island.rows[i], block) + t.bias + t.softness * p;
+            const S p = system.p[i];
+            const S u = system.rowVelocity(problem.rows[i], block) + t.bias + t.softness * p;
             const S scale = t.delassus + t.softness;
             speed = std::max(speed, scale * std::abs(p - std::clamp(p - u / scale, t.lo, t.hi)));
         }
@@ -472,18 +472,18 @@ double ContactNewton<S>::residual(const Island<S>& island) const {
 }
 
 template <class S>
-void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
-    delta_.resize(problem.terms.size());
-    for (std::size_t i = 0; i < problem.terms.size(); ++i) {
+void ContactNewton<S>::regularise(const Problem<S>& problem, S reg) {
+    delta_.resize(system.terms.size());
+    for (std::size_t i = 0; i < system.terms.size(); ++i) {
         delta_[i] = std::min(reg, static_cast<S>(jointRegularisation)) *
-                    std::max(problem.terms[i].delassus, Eigen::NumTraits<S>::epsilon());
+                    std::max(system.terms[i].delassus, Eigen::NumTraits<S>::epsilon());
     }
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        if (isCone(island, k)) {
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        if (isCone(problem, k)) {
             // One regularisation for the three rows, so that the nearest point of the cone is the plain projection.
-            const std::size_t i = at(island.blocks[k].first);
-            delta_[i] = reg * std::max({problem.terms[i].delassus, problem.terms[i + 1].delassus,
-                                        problem.terms[i + 2].delassus});
+            const std::size_t i = at(problem.blocks[k].first);
+            delta_[i] = reg * std::max({system.terms[i].delassus, system.terms[i + 1].delassus,
+                                        system.terms[i + 2].delassus});
             delta_[i + 1] = delta_[i];
             delta_[i + 2] = delta_[i];
         }
@@ -491,30 +491,30 @@ void ContactNewton<S>::regularise(const Island<S>& island, S reg) {
 }
 
 template <class S>
-void ContactNewton<S>::startDeSaxce(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before) {
+void ContactNewton<S>::startDeSaxce(const Problem<S>& problem, const std::vector<Vec6<S>>& v, bool before) {
     constexpr S touching = S(1e-4);  // m
     constexpr S steep = S(2);        // of friction
-    deSaxce_.assign(island.blocks.size(), S(0));
-    deSaxceError_.assign(island.blocks.size(), S(0));
+    deSaxce_.assign(problem.blocks.size(), S(0));
+    deSaxceError_.assign(problem.blocks.size(), S(0));
     deSaxceGain_ = S(1);
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         const std::size_t i = at(block.first);
         // What touches without a force beside points that carry may have to carry next: a floor of tiles.
-        if (isCone(island, k) && (problem.p[i] > S(0) || std::abs(island.rows[i].C) < touching)) {
+        if (isCone(problem, k) && (system.p[i] > S(0) || std::abs(problem.rows[i].C) < touching)) {
             const auto speed = [&](const Row<S>& row) {
                 return rowDot(row, block, [&](int body) -> const Vec6<S>& { return v[at(body)]; });
             };
-            const S mu = problem.friction[k];
-            S sliding = planeLength(speed(island.rows[i + 1]), speed(island.rows[i + 2]));
+            const S mu = system.friction[k];
+            S sliding = planeLength(speed(problem.rows[i + 1]), speed(problem.rows[i + 2]));
             // A correction too high by d lets a steep cone carry nothing, and corrections leave mu^2 / (1 + mu^2) of d:
             // there what friction takes off the sliding is reckoned beforehand, from the load or else the approach.
-            if (before && mu > steep && problem.terms[i].delassus > S(0)) {
+            if (before && mu > steep && system.terms[i].delassus > S(0)) {
                 const S approach =
-                    rowDot(island.rows[i], block, [&](int b) -> const Vec6<S>& { return vStar[at(b)]; }) +
-                    problem.terms[i].bias;
-                const S load = std::max(problem.p[i], -approach / problem.terms[i].delassus);
-                const S across = std::max(problem.terms[i + 1].delassus, problem.terms[i + 2].delassus);
+                    rowDot(problem.rows[i], block, [&](int b) -> const Vec6<S>& { return vStar[at(b)]; }) +
+                    system.terms[i].bias;
+                const S load = std::max(system.p[i], -approach / system.terms[i].delassus);
+                const S across = std::max(system.terms[i + 1].delassus, system.terms[i + 2].delassus);
                 sliding = std::max(S(0), sliding - mu * across * std::max(S(0), load));
             }
             deSaxce_[k] = mu * sliding;
@@ -523,18 +523,18 @@ void ContactNewton<S>::startDeSaxce(const Island<S>& island, const std::vector<V
 }
 
 template <class S>
-double ContactNewton<S>::updateDeSaxce(const Island<S>& island) {
+double ContactNewton<S>::updateDeSaxce(const Problem<S>& problem) {
     S worst = 0;
     S along = 0;
     S before = 0;
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         const std::size_t i = at(block.first);
         S error = 0;
         // A correction that is too high keeps its contact open: it must come down where nothing is carried, too.
-        if (isCone(island, k) && (problem.p[i] > S(0) || deSaxce_[k] > S(0))) {
-            error = problem.friction[k] * planeLength(problem.rowVelocity(island.rows[i + 1], block),
-                                                      problem.rowVelocity(island.rows[i + 2], block)) -
+        if (isCone(problem, k) && (system.p[i] > S(0) || deSaxce_[k] > S(0))) {
+            error = system.friction[k] * planeLength(system.rowVelocity(problem.rows[i + 1], block),
+                                                      system.rowVelocity(problem.rows[i + 2], block)) -
                     deSaxce_[k];
         }
         along += error * deSaxceError_[k];
@@ -555,61 +555,61 @@ double ContactNewton<S>::updateDeSaxce(const Island<S>& island) {
 }
 
 template <class S>
-S ContactNewton<S>::evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g) {
-    rowVelocities(island, problem.v, u_);
-    problem.visits += u_.size();
+S ContactNewton<S>::evaluate(const Problem<S>& problem, std::vector<S>& impulse, std::vector<Vec6<S>>& g) {
+    rowVelocities(problem, system.v, u_);
+    system.visits += u_.size();
     for (std::size_t i = 0; i < u_.size(); ++i) {
-        u_[i] += problem.terms[i].bias;
+        u_[i] += system.terms[i].bias;
     }
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        u_[at(island.blocks[k].first)] += deSaxce_[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        u_[at(problem.blocks[k].first)] += deSaxce_[k];
     }
-    respond(island, u_, impulse);
-    return gradient(island, impulse, g);
+    respond(problem, u_, impulse);
+    return gradient(problem, impulse, g);
 }
 
 template <class S>
-S ContactNewton<S>::merit(const Island<S>& island, const std::vector<S>& impulse) const {
+S ContactNewton<S>::merit(const Problem<S>& problem, const std::vector<S>& impulse) const {
     S value = 0;
     for (const int body : bodyOfNode_) {
-        const Vec6<S> moved = problem.v[at(body)] - vStar[at(body)];
-        value += S(0.5) * moved.dot(island.bodies[at(body)].applyMass(moved));
+        const Vec6<S> moved = system.v[at(body)] - vStar[at(body)];
+        value += S(0.5) * moved.dot(problem.bodies[at(body)].applyMass(moved));
     }
     for (std::size_t i = 0; i < impulse.size(); ++i) {
         const S excess = y_[i] - impulse[i];
-        value += S(0.5) * (delta_[i] + problem.terms[i].softness) * (y_[i] * y_[i] - excess * excess);
+        value += S(0.5) * (delta_[i] + system.terms[i].softness) * (y_[i] * y_[i] - excess * excess);
     }
     return value;
 }
 
 template <class S>
-void ContactNewton<S>::guess(const Island<S>& island, Start start, NewtonReport& report) {
+void ContactNewton<S>::guess(const Problem<S>& problem, Start start, NewtonReport& report) {
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
     if (start == Start::Sweeps) {
         for (int k = 0; k < guessSweeps; ++k) {
-            problem.sweep(island, S(1));
+            system.sweep(problem, S(1));
         }
     } else if (start == Start::ConjugateSweeps) {
-        problem.conjugateSweeps(island, heapSweeps);
+        system.conjugateSweeps(problem, heapSweeps);
     }
-    momentumVelocity(island);
+    momentumVelocity(problem);
     if (start == Start::ConjugateSweeps) {
-        startDeSaxce(island, problem.v, false);
+        startDeSaxce(problem, system.v, false);
     }
-    centre_ = problem.p;
-    evaluate(island, impulse, g);
-    const S swept = merit(island, impulse);
-    const std::vector<Vec6<S>> before = problem.v;
+    centre_ = system.p;
+    evaluate(problem, impulse, g);
+    const S swept = merit(problem, impulse);
+    const std::vector<Vec6<S>> before = system.v;
     // One step with the rows that carry a load taken as shut and the others as open, whatever their speeds say.
-    if (!factorise(island, problem.p, report)) {
+    if (!factorise(problem, system.p, report)) {
         return;
     }
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        const RowBlock<S>& block = island.blocks[k];
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
         const std::size_t first = at(block.first);
-        if (isCone(island, k)) {
-            const Vec3<S> p(problem.p[first], problem.p[first + 1], problem.p[first + 2]);
+        if (isCone(problem, k)) {
+            const Vec3<S> p(system.p[first], system.p[first + 1], system.p[first + 2]);
             const Vec3<S> y(y_[first], y_[first + 1], y_[first + 2]);
             const Vec3<S> shut = p + delta_[first] * coneWeight_[k] * (y - p);
             impulse[first] = shut.x();
@@ -618,42 +618,42 @@ void ContactNewton<S>::guess(const Island<S>& island, Start start, NewtonReport&
             continue;
         }
         for (std::size_t i = first; i < first + at(block.count); ++i) {
-            impulse[i] = weight_[i] > S(0) ? y_[i] : problem.p[i];
+            impulse[i] = weight_[i] > S(0) ? y_[i] : system.p[i];
         }
     }
-    gradient(island, impulse, g);
-    newtonStep(island, g, report);
+    gradient(problem, impulse, g);
+    newtonStep(problem, g, report);
     for (std::size_t n = 0; n < g.size(); ++n) {
-        problem.v[at(bodyOfNode_[n])] += g[n];
+        system.v[at(bodyOfNode_[n])] += g[n];
     }
-    evaluate(island, impulse, g);
-    if (!(merit(island, impulse) < swept)) {
-        problem.v = before;
+    evaluate(problem, impulse, g);
+    if (!(merit(problem, impulse) < swept)) {
+        system.v = before;
     }
 }
 
 template <class S>
-NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOptions& options) {
+NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOptions& options) {
     NewtonReport report;
-    start_ = problem.p;
+    start_ = system.p;
     std::vector<Vec6<S>> before;
-    for (const SolverBody<S>& body : island.bodies) {
+    for (const SolverBody<S>& body : problem.bodies) {
         before.push_back(body.vBefore);
     }
-    startDeSaxce(island, before, true);
-    momentumVelocity(island);
-    report.residual = residual(island);
+    startDeSaxce(problem, before, true);
+    momentumVelocity(problem);
+    report.residual = residual(problem);
     if (report.residual <= options.tolerance) {
         report.converged = true;
         return report;
     }
     S reg = static_cast<S>(options.regularisation);
-    regularise(island, reg);
+    regularise(problem, reg);
     // Equalities alone have no active set to guess, and sweeps would leave the load of redundant rows on the first of
     // them instead of sharing it (minimum norm, theory 5.7).
-    const bool contacts = static_cast<std::size_t>(island.jointBlocks) < island.blocks.size();
+    const bool contacts = static_cast<std::size_t>(problem.jointBlocks) < problem.blocks.size();
     const bool cold = contacts && !options.goesOn && report.residual > nearAnswer;
-    guess(island, options.heap ? Start::ConjugateSweeps : cold ? Start::Sweeps : Start::Given, report);
+    guess(problem, options.heap ? Start::ConjugateSweeps : cold ? Start::Sweeps : Start::Given, report);
 
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
@@ -661,18 +661,18 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
     double residualBefore = std::numeric_limits<double>::infinity();
     int deSaxceUpdates = 0;
     while (report.iterations < options.maxIterations) {
-        if (evaluate(island, impulse, g) <= static_cast<S>(options.tolerance)) {
+        if (evaluate(problem, impulse, g) <= static_cast<S>(options.tolerance)) {
             // This centre's problem is solved: has the bias of the regularisation gone, and does sliding still dilate?
-            problem.p = impulse;
-            const std::vector<Vec6<S>> newton = problem.v;
-            momentumVelocity(island);
-            report.residual = residual(island);
+            system.p = impulse;
+            const std::vector<Vec6<S>> newton = system.v;
+            momentumVelocity(problem);
+            report.residual = residual(problem);
             if (report.residual <= options.tolerance) {
                 report.converged = true;
-                if (deSaxceUpdates >= options.maxDeSaxceUpdates || updateDeSaxce(island) <= options.deSaxceTolerance) {
+                if (deSaxceUpdates >= options.maxDeSaxceUpdates || updateDeSaxce(problem) <= options.deSaxceTolerance) {
                     return report;
                 }
-                settled = problem.p;
+                settled = system.p;
                 ++deSaxceUpdates;
                 residualBefore = std::numeric_limits<double>::infinity();
             } else {
@@ -685,51 +685,52 @@ NewtonReport ContactNewton<S>::solve(const Island<S>& island, const NewtonOption
                         return report;
                     }
                     reg *= S(0.1);
-                    regularise(island, reg);
+                    regularise(problem, reg);
                 }
                 residualBefore = report.residual;
             }
-            centre_ = problem.p;
-            problem.v = newton;
-            evaluate(island, impulse, g);
+            centre_ = system.p;
+            system.v = newton;
+            evaluate(problem, impulse, g);
         }
-        if (!factorise(island, y_, report)) {
+        if (!factorise(problem, y_, report)) {
             break;
         }
-        newtonStep(island, g, report);
-        lineSearch(island, u_, g);
+        newtonStep(problem, g, report);
+        lineSearch(problem, u_, g);
     }
     if (report.converged) {
         // The iterations ran out on a later correction: the last one that was solved stands.
-        problem.p = settled;
-        momentumVelocity(island);
+        system.p = settled;
+        momentumVelocity(problem);
         return report;
     }
-    evaluate(island, problem.p, g);
-    momentumVelocity(island);
-    report.residual = residual(island);
+    evaluate(problem, system.p, g);
+    momentumVelocity(problem);
+    report.residual = residual(problem);
+    report.converged = report.residual <= options.enough;
     return report;
 }
 
 template <class S>
-double ContactNewton<S>::runFallbackSweeps(const Island<S>& island, int sweeps) {
-    std::vector<S> best = problem.p;
-    double lowest = residual(island);
+double ContactNewton<S>::runFallbackSweeps(const Problem<S>& problem, int sweeps) {
+    std::vector<S> best = system.p;
+    double lowest = residual(problem);
     for (const std::vector<S>& start : {best, start_}) {
-        problem.p = start;
-        momentumVelocity(island);
+        system.p = start;
+        momentumVelocity(problem);
         for (int k = 0; k < sweeps; ++k) {
-            problem.sweep(island, S(1));
+            system.sweep(problem, S(1));
         }
-        momentumVelocity(island);
-        const double now = residual(island);
+        momentumVelocity(problem);
+        const double now = residual(problem);
         if (now < lowest) {
             lowest = now;
-            best = problem.p;
+            best = system.p;
         }
     }
-    problem.p = best;
-    momentumVelocity(island);
+    system.p = best;
+    momentumVelocity(problem);
     return lowest;
 }
 

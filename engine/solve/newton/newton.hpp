@@ -12,7 +12,7 @@
 //   - the centre moves to the present p until the bias of d has vanished (augmented Lagrangian);
 //   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's
 //     term, brings the contact back to u_n = 0: a fixed point that Aitken's rule speeds up.
-#include "engine/islands/island.hpp"
+#include "engine/problem/problem.hpp"
 #include "engine/solve/newton/block_cholesky.hpp"
 #include "engine/solve/newton/conjugate_gradients.hpp"
 #include "engine/solve/velocity/sweep.hpp"
@@ -25,6 +25,7 @@ struct NewtonOptions {
     double tolerance = 0;          // m/s
     double deSaxceTolerance = 0;   // m/s
     double stalled = 0;            // m/s, residual that is accepted where the rows contradict each other
+    double enough = 0;             // m/s, residual with which the iterations may run out
     int maxIterations = 0;
     int maxDeSaxceUpdates = 8;  // updates of De Saxce's correction; what is left after them shows as hovering
     bool heap = false;    // starts from sweeps with conjugate directions, and takes De Saxce's correction from them
@@ -43,29 +44,29 @@ template <class S>
 class ContactNewton {
 public:
     // Reads the island's graph and prepares the factor's pattern; cheap when nothing changed since the last call.
-    void prepare(const Island<S>& island, LinearSolver linearSolver = LinearSolver::Factor);
+    void prepare(const Problem<S>& problem, LinearSolver linearSolver = LinearSolver::Factor);
     // Block multiply-adds of one factor of the graph last prepared; under conjugate gradients of one product.
     double work() const { return linearSolver_ == LinearSolver::Factor ? factor_.work() : productWork_; }
 
     // Filled by the caller after prepare(), all but v. p: start value in, answer out. v: answer, v* + M^-1 J^T p, so
     // that momentum is kept whatever the residual.
-    RowProblem<S> problem;
+    RowSystem<S> system;
     std::vector<Vec6<S>> vStar;  // twist of each body without the rows (fixed ones: their twist)
 
-    NewtonReport solve(const Island<S>& island, const NewtonOptions& options);
+    NewtonReport solve(const Problem<S>& problem, const NewtonOptions& options);
     // Where solve() has not converged: sweeps of Gauss-Seidel from its answer and from the start values it was given;
     // keeps whichever answer has the lowest residual, and returns that.
-    double runFallbackSweeps(const Island<S>& island, int sweeps);
+    double runFallbackSweeps(const Problem<S>& problem, int sweeps);
     // The terms have changed by more than their bias: the next solve() factors anew.
     void forget() { factored_ = false; }
     // Of the worst rows.
-    double residual(const Island<S>& island) const;
+    double residual(const Problem<S>& problem) const;
 
 private:
     // A contact whose friction is part of the problem.
-    bool isCone(const Island<S>& island, std::size_t block) const {
-        return island.blocks[block].count == 3 && island.blocks[block].kind == BlockKind::Contact &&
-               problem.friction[block] >= S(0);
+    bool isCone(const Problem<S>& problem, std::size_t block) const {
+        return problem.blocks[block].count == 3 && problem.blocks[block].kind == BlockKind::Contact &&
+               system.friction[block] >= S(0);
     }
     static std::size_t pairOf(int l, int m) { return static_cast<std::size_t>(m * (m - 1) / 2 + l); }  // l < m
     // visit(pairOf(l, m), node of l, node of m) for each two dynamic bodies of a block.
@@ -81,28 +82,28 @@ private:
             }
         }
     }
-    void regularise(const Island<S>& island, S reg);
+    void regularise(const Problem<S>& problem, S reg);
     // De Saxce's correction of what slides at the twists `v`: of the solve, or of before, which friction has still to
     // brake.
-    void startDeSaxce(const Island<S>& island, const std::vector<Vec6<S>>& v, bool before);
-    double updateDeSaxce(const Island<S>& island);
-    S evaluate(const Island<S>& island, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
-    bool factorHolds(const Island<S>& island) const;
-    void momentumVelocity(const Island<S>& island);
-    void rowVelocities(const Island<S>& island, const std::vector<Vec6<S>>& twist, std::vector<S>& out) const;
-    void respond(const Island<S>& island, const std::vector<S>& u, std::vector<S>& impulse);
-    bool weigh(const Island<S>& island, const std::vector<S>& y);
-    bool factorise(const Island<S>& island, const std::vector<S>& y, NewtonReport& report);
-    void assemble(const Island<S>& island);
+    void startDeSaxce(const Problem<S>& problem, const std::vector<Vec6<S>>& v, bool before);
+    double updateDeSaxce(const Problem<S>& problem);
+    S evaluate(const Problem<S>& problem, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
+    bool factorHolds(const Problem<S>& problem) const;
+    void momentumVelocity(const Problem<S>& problem);
+    void rowVelocities(const Problem<S>& problem, const std::vector<Vec6<S>>& twist, std::vector<S>& out) const;
+    void respond(const Problem<S>& problem, const std::vector<S>& u, std::vector<S>& impulse);
+    bool weigh(const Problem<S>& problem, const std::vector<S>& y);
+    bool factorise(const Problem<S>& problem, const std::vector<S>& y, NewtonReport& report);
+    void assemble(const Problem<S>& problem);
     // y = H x, with H as last weighed.
-    void product(const Island<S>& island, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y);
+    void product(const Problem<S>& problem, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y);
     // Replaces the gradient g by Newton's step -H^-1 g.
-    void newtonStep(const Island<S>& island, std::vector<Vec6<S>>& g, NewtonReport& report);
-    S merit(const Island<S>& island, const std::vector<S>& impulse) const;
+    void newtonStep(const Problem<S>& problem, std::vector<Vec6<S>>& g, NewtonReport& report);
+    S merit(const Problem<S>& problem, const std::vector<S>& impulse) const;
     enum class Start { Given, Sweeps, ConjugateSweeps };
-    void guess(const Island<S>& island, Start start, NewtonReport& report);
-    S gradient(const Island<S>& island, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
-    void lineSearch(const Island<S>& island, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
+    void guess(const Problem<S>& problem, Start start, NewtonReport& report);
+    S gradient(const Problem<S>& problem, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
+    void lineSearch(const Problem<S>& problem, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
 
     static constexpr int guessSweeps = 10;      // of Gauss-Seidel, from which a cold start takes its first active set
     static constexpr int heapSweeps = 20;       // with conjugate directions

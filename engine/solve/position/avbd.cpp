@@ -22,16 +22,16 @@ public:
     explicit Avbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 16) {}
     bool balances() const override { return false; }
-    int substeps(Island<S>&, S) const override { return settings_.def.substeps > 0 ? settings_.def.substeps : 2; }
+    StepPlan plan(Problem<S>&, const ControllerState&, S) const override { return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 2}; }
 
-    SolveReport advance(Island<S>& island, S h) override {
+    SolveReport advance(Problem<S>& problem, S h) override {
         const SolverDef& def = settings_.def;
-        island.predict(h);
-        island.linearize();
-        resolveImpacts(island, settings_, h);
-        RowProblem<S> problem;
-        for (const SolverBody<S>& body : island.bodies) {
-            problem.v.push_back(body.v);
+        problem.predict(h);
+        problem.linearize();
+        resolveImpacts(problem, settings_, h);
+        RowSystem<S> system;
+        for (const SolverBody<S>& body : problem.bodies) {
+            system.v.push_back(body.v);
         }
         const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
         // Without post-stabilisation lambda also holds what pushed the error out, and to start from all of it while all
@@ -40,28 +40,28 @@ public:
         constexpr double alpha = 0.95;
         constexpr double gamma = 0.99;
         const bool regular = !def.postStabilise && def.warmStart > 0;
-        BlockCoordinateDescent<S> descent(island, problem, h, def.postStabilise ? S(0) : pushOut, true,
+        BlockCoordinateDescent<S> descent(problem, system, h, def.postStabilise ? S(0) : pushOut, true,
                                           LoadRule::Carried, static_cast<S>(def.penalty > 0 ? def.penalty : 2),
                                           static_cast<S>(regular ? 1 - alpha : 1));
         const S warm = static_cast<S>(def.warmStart * (regular ? alpha * gamma : 1));
-        for (std::size_t i = 0; i < problem.p.size(); ++i) {
-            problem.p[i] = std::clamp(island.rows[i].lambda * h * warm, problem.terms[i].lo, problem.terms[i].hi);
+        for (std::size_t i = 0; i < system.p.size(); ++i) {
+            system.p[i] = std::clamp(problem.rows[i].lambda * h * warm, system.terms[i].lo, system.terms[i].hi);
         }
         descent.startFromLastStep();
-        descent.centre = problem.p;
+        descent.centre = system.p;
         for (int k = 0; k < iterations_; ++k) {
             descent.descend();
             descent.moveCentres();
         }
         descent.nonlinearRows().restore();
-        island.storeLambda(h);
-        island.integrate(h);
+        problem.storeLambda(h);
+        problem.integrate(h);
         SolveReport report;
         report.sweptSolves = 1;
-        report.rows = static_cast<int>(island.rows.size());
-        report.work = problem.work();
+        report.rows = static_cast<int>(problem.rows.size());
+        report.work = system.work();
         if (def.postStabilise) {
-            report.work += static_cast<double>(stabilise(island, h, pushOut, 1));
+            report.work += static_cast<double>(stabilise(problem, h, pushOut, 1));
         }
         return report;
     }

@@ -26,7 +26,7 @@ template <class S>
 class BlockCoordinateDescent {
 public:
     // `penalty`: of h^2 rho of hard rows to the mass on the load path. `share`: as of NonlinearRows.
-    BlockCoordinateDescent(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool geometricStiffness,
+    BlockCoordinateDescent(Problem<S>& problem, RowSystem<S>& system, S h, S pushOut, bool geometricStiffness,
                            LoadRule rule, S penalty, S share = S(1));
 
     // One iteration: over the bodies in their order, and back. Multipliers that move after every one-way sweep blow up
@@ -39,7 +39,7 @@ public:
     // Starts from the velocities before the sub-step and that share of its forces which the body gave way to in the
     // last step (Giles 2025): what rests starts at rest, what falls starts falling.
     void startFromLastStep();
-    void follow();  // poses after problem.v was set
+    void follow();  // poses after system.v was set
     // pc <- p, where the row is hard.
     void moveCentres();
 
@@ -61,8 +61,8 @@ private:
     void respondBlock(std::size_t k);
     void solveBody(std::size_t i);
 
-    Island<S>& island_;
-    RowProblem<S>& problem_;
+    Problem<S>& problem_;
+    RowSystem<S>& system_;
     S h_;
     bool geometric_;
     bool free_ = true;  // no row holds the island to a fixed body

@@ -23,28 +23,28 @@ class NonlinearGs final : public Solver<S> {
 public:
     explicit NonlinearGs(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 1) {}
-    int substeps(Island<S>&, S) const override { return settings_.def.substeps > 0 ? settings_.def.substeps : 20; }
+    StepPlan plan(Problem<S>&, const ControllerState&, S) const override { return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 20}; }
 
-    SolveReport advance(Island<S>& island, S h) override {
+    SolveReport advance(Problem<S>& problem, S h) override {
         const SolverDef& def = settings_.def;
-        island.predict(h);
-        island.linearize();
-        resolveImpacts(island, settings_, h);
+        problem.predict(h);
+        problem.linearize();
+        resolveImpacts(problem, settings_, h);
         if (def.geometricStiffness) {
-            addGeometricStiffness(island, h);
+            addGeometricStiffness(problem, h);
         }
-        RowProblem<S> problem;
-        for (const SolverBody<S>& body : island.bodies) {
-            problem.v.push_back(body.v);
+        RowSystem<S> system;
+        for (const SolverBody<S>& body : problem.bodies) {
+            system.v.push_back(body.v);
         }
         const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
-        NonlinearRows<S> nonlinear(island, problem, h, def.postStabilise ? S(0) : pushOut, def.refreshRows);
+        NonlinearRows<S> nonlinear(problem, system, h, def.postStabilise ? S(0) : pushOut, def.refreshRows);
         const S warm = def.postStabilise ? static_cast<S>(def.warmStart) : S(0);
-        for (std::size_t i = 0; i < problem.p.size(); ++i) {
-            problem.p[i] = std::clamp(island.rows[i].lambda * h * warm, problem.terms[i].lo, problem.terms[i].hi);
+        for (std::size_t i = 0; i < system.p.size(); ++i) {
+            system.p[i] = std::clamp(problem.rows[i].lambda * h * warm, system.terms[i].lo, system.terms[i].hi);
         }
-        problem.warmStart(island);
-        for (std::size_t i = 0; i < problem.v.size(); ++i) {
+        system.warmStart(problem);
+        for (std::size_t i = 0; i < system.v.size(); ++i) {
             nonlinear.follow(i);
         }
         const S asked = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
@@ -55,14 +55,14 @@ public:
             nonlinear.sweep(relaxation, k % 2 == 1);
         }
         nonlinear.restore();
-        island.storeLambda(h);
-        island.integrate(h);
+        problem.storeLambda(h);
+        problem.integrate(h);
         SolveReport report;
         report.sweptSolves = 1;
-        report.rows = static_cast<int>(island.rows.size());
-        report.work = problem.work();
+        report.rows = static_cast<int>(problem.rows.size());
+        report.work = system.work();
         if (def.postStabilise) {
-            report.work += static_cast<double>(stabilise(island, h, pushOut, 1));
+            report.work += static_cast<double>(stabilise(problem, h, pushOut, 1));
         }
         return report;
     }

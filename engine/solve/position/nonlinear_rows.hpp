@@ -20,28 +20,28 @@ inline constexpr double contactShare = 0.2;
 template <class S>
 class NonlinearRows {
 public:
-    // `problem.v` is the state; the poses of `island` follow it until restore().
+    // `system.v` is the state; the poses of `problem` follow it until restore().
     // Errors are corrected no faster than `pushOut`, m/s; 0: not at all, all are kept. `share`: the most of an error
     // that a sub-step corrects.
-    NonlinearRows(Island<S>& island, RowProblem<S>& problem, S h, S pushOut, bool refreshRows, S share = S(1))
-        : island_(island), problem_(problem), h_(h), refresh_(refreshRows), start_(island.bodies) {
-        const std::size_t rows = island.rows.size();
+    NonlinearRows(Problem<S>& problem, RowSystem<S>& system, S h, S pushOut, bool refreshRows, S share = S(1))
+        : problem_(problem), system_(system), h_(h), refresh_(refreshRows), start_(problem.bodies) {
+        const std::size_t rows = problem.rows.size();
         keep_.assign(rows, S(0));
         slipRate_.assign(rows, S(0));
         hard_.resize(rows);
-        problem.terms.resize(rows);
-        problem.p.resize(rows);
-        problem.friction.resize(island.blocks.size());
-        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-            const RowBlock<S>& block = island.blocks[k];
-            problem.friction[k] = frictionCoefficient(island, block);
+        system.terms.resize(rows);
+        system.p.resize(rows);
+        system.friction.resize(problem.blocks.size());
+        for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+            const RowBlock<S>& block = problem.blocks[k];
+            system.friction[k] = frictionCoefficient(problem, block);
             forRows(block, [&](std::size_t i) {
-                const Row<S>& row = island.rows[i];
+                const Row<S>& row = problem.rows[i];
                 bool hard = false;
-                problem.terms[i] = rowTerms(row, island.responses[i].delassus, h, hard);
+                system.terms[i] = rowTerms(row, problem.responses[i].delassus, h, hard);
                 hard_[i] = hard;
                 if (hard) {
-                    problem.terms[i].bias = row.C / h;
+                    system.terms[i].bias = row.C / h;
                     const bool equality = row.lo < S(0) && row.hi > S(0);
                     const S limit = h * pushOut;
                     if (equality) {
@@ -51,11 +51,11 @@ public:
                         const S part = std::min(share, static_cast<S>(contactShare)) * row.C;
                         keep_[i] = std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(limit, -part)));
                     }
-                    problem.terms[i].bias -= keep_[i] / h;
+                    system.terms[i].bias -= keep_[i] / h;
                 }
             });
         }
-        for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+        for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
             follow(i);
         }
     }
@@ -71,33 +71,33 @@ public:
     bool hard(std::size_t row) const { return hard_[row]; }
 
     // The pose of body i after its velocity changed.
-    void follow(std::size_t i) { island_.bodies[i].pose = start_[i].moved(problem_.v[i], h_); }
+    void follow(std::size_t i) { problem_.bodies[i].pose = start_[i].moved(system_.v[i], h_); }
 
     // C (and J) of block k at the present poses.
     void take(std::size_t k) {
-        const RowBlock<S>& block = island_.blocks[k];
+        const RowBlock<S>& block = problem_.blocks[k];
         if (refresh_) {
-            island_.relinearize(k);
+            problem_.relinearize(k);
             return;
         }
         std::array<std::pair<Vec6<S>, Vec6<S>>, 16> kept;
         std::size_t n = 0;
-        forRows(block, [&](std::size_t i) { kept[n++] = {island_.rows[i].a, island_.rows[i].b}; });
-        island_.relinearize(k);
+        forRows(block, [&](std::size_t i) { kept[n++] = {problem_.rows[i].a, problem_.rows[i].b}; });
+        problem_.relinearize(k);
         n = 0;
         forRows(block, [&](std::size_t i) {
-            island_.rows[i].a = kept[n].first;
-            island_.rows[i].b = kept[n++].second;
+            problem_.rows[i].a = kept[n].first;
+            problem_.rows[i].b = kept[n++].second;
         });
     }
 
     // e_i without the softness of p, m/s or rad/s.
     S error(std::size_t i, const RowBlock<S>& block) const {
-        const Row<S>& row = island_.rows[i];
+        const Row<S>& row = problem_.rows[i];
         if (hard_[i]) {
             return (row.C - keep_[i]) / h_;
         }
-        const S u = problem_.rowVelocity(row, block) + slipRate_[i];
+        const S u = system_.rowVelocity(row, block) + slipRate_[i];
         if (row.isVelocity) {
             return u - row.velocity;
         }
@@ -111,25 +111,25 @@ public:
     // in a sub-step. Not for solvers that start from the last lambda: finding b of theory section 9.5 holds of friction
     // too.
     void takeSlipBack(S share) {
-        forSlips([&](const ContactPointState<S>& point, std::size_t, std::size_t i) {
-            slipRate_[i] = share * point.slip.dot(island_.rows[i].b.template head<3>()) / h_;
+        forSlips([&](const ProblemPoint<S>& point, std::size_t, std::size_t i) {
+            slipRate_[i] = share * point.slip.dot(problem_.rows[i].b.template head<3>()) / h_;
         });
         slipShare_ = share;
     }
 
-    // After Island::storeLambda(), with the impulses and velocities that moved the poses.
+    // After Problem::storeLambda(), with the impulses and velocities that moved the poses.
     void storeSlip(const std::vector<S>& p, const std::vector<Vec6<S>>& v) {
-        forSlips([&](ContactPointState<S>& point, std::size_t k, std::size_t i) {
-            const RowBlock<S>& block = island_.blocks[k];
+        forSlips([&](ProblemPoint<S>& point, std::size_t k, std::size_t i) {
+            const RowBlock<S>& block = problem_.blocks[k];
             const std::size_t first = static_cast<std::size_t>(block.first);
             if (!(p[first] > S(0))) {
                 return;
             }
-            const Row<S>& row = island_.rows[i];
+            const Row<S>& row = problem_.rows[i];
             S slip = slipRate_[i] / slipShare_ * h_;
             // What slides keeps what it had when it let go. On the disc but for round-off is sliding.
             constexpr S inside = S(0.999);
-            if (planeLength(p[first + 1], p[first + 2]) < inside * problem_.friction[k] * p[first]) {
+            if (planeLength(p[first + 1], p[first + 2]) < inside * system_.friction[k] * p[first]) {
                 slip +=
                     h_ * rowDot(row, block, [&](int n) -> const Vec6<S>& { return v[static_cast<std::size_t>(n)]; });
             }
@@ -137,16 +137,16 @@ public:
         });
     }
 
-    // One non-linear sweep: every block taken anew where it is visited. Returns as RowProblem::sweep().
+    // One non-linear sweep: every block taken anew where it is visited. Returns as RowSystem::sweep().
     S sweep(S relaxation, bool backward = false) {
         S change = 0;
-        problem_.visits += island_.rows.size();
-        for (std::size_t n = 0; n < island_.blocks.size(); ++n) {
-            const std::size_t k = backward ? island_.blocks.size() - 1 - n : n;
+        system_.visits += problem_.rows.size();
+        for (std::size_t n = 0; n < problem_.blocks.size(); ++n) {
+            const std::size_t k = backward ? problem_.blocks.size() - 1 - n : n;
             take(k);
             change += solveBlock(k, relaxation);
-            for (int place = 0; place < island_.blocks[k].bodyCount(); ++place) {
-                follow(static_cast<std::size_t>(island_.blocks[k].body(place)));
+            for (int place = 0; place < problem_.blocks[k].bodyCount(); ++place) {
+                follow(static_cast<std::size_t>(problem_.blocks[k].body(place)));
             }
         }
         return change;
@@ -155,11 +155,11 @@ public:
     // Puts the poses back to the start of the sub-step, gives the bodies their velocities and the rows their lambda.
     void restore() {
         for (std::size_t i = 0; i < start_.size(); ++i) {
-            island_.bodies[i].pose = start_[i].pose;
-            island_.bodies[i].v = problem_.v[i];
+            problem_.bodies[i].pose = start_[i].pose;
+            problem_.bodies[i].v = system_.v[i];
         }
-        for (std::size_t i = 0; i < problem_.p.size(); ++i) {
-            island_.rows[i].lambda = problem_.p[i] / h_;
+        for (std::size_t i = 0; i < system_.p.size(); ++i) {
+            problem_.rows[i].lambda = system_.p[i] / h_;
         }
     }
 
@@ -167,58 +167,55 @@ private:
     // visit(point, block, row) for both friction rows of every contact that has them.
     template <class Visit>
     void forSlips(const Visit& visit) {
-        std::size_t k = static_cast<std::size_t>(island_.jointBlocks);
-        for (auto& link : island_.manifolds) {
-            for (std::size_t n = 0; n < static_cast<std::size_t>(link.manifold->geometry.count); ++n, ++k) {
-                for (int t = 1; t < island_.blocks[k].count; ++t) {
-                    visit(link.manifold->points[n], k, static_cast<std::size_t>(island_.blocks[k].first + t));
-                }
+        for (std::size_t k = static_cast<std::size_t>(problem_.jointBlocks); k < problem_.blocks.size(); ++k) {
+            for (int t = 1; t < problem_.blocks[k].count; ++t) {
+                visit(problem_.pointOf(k), k, static_cast<std::size_t>(problem_.blocks[k].first + t));
             }
         }
     }
 
     S solveBlock(std::size_t k, S relaxation) {
-        const RowBlock<S>& block = island_.blocks[k];
+        const RowBlock<S>& block = problem_.blocks[k];
         const bool contact = block.kind == BlockKind::Contact;
         const std::size_t first = static_cast<std::size_t>(block.first);
         const std::size_t bounded = contact ? 1 : static_cast<std::size_t>(block.count);
         S change = 0;
         for (std::size_t i = first; i < first + bounded; ++i) {
-            RowTerms<S>& t = problem_.terms[i];
-            const Row<S>& row = island_.rows[i];
-            t.delassus = refresh_ ? island_.delassus(row, block) : t.delassus;
+            RowTerms<S>& t = system_.terms[i];
+            const Row<S>& row = problem_.rows[i];
+            t.delassus = refresh_ ? problem_.delassus(row, block) : t.delassus;
             if (t.delassus > S(0)) {
                 // The rows of one block share their poses: what an earlier one moved shows through J.
                 const S e = errorAfterBlock(i, block);
                 const S scale = t.delassus + t.softness;
                 const S dp =
-                    std::clamp(problem_.p[i] - relaxation * (e + t.softness * problem_.p[i]) / scale, t.lo, t.hi) -
-                    problem_.p[i];
+                    std::clamp(system_.p[i] - relaxation * (e + t.softness * system_.p[i]) / scale, t.lo, t.hi) -
+                    system_.p[i];
                 push(row, block, dp);
-                problem_.p[i] += dp;
+                system_.p[i] += dp;
                 change += scale * dp * dp;
             }
         }
-        if (contact && block.count == 3 && problem_.friction[k] >= S(0)) {
-            const S limit = problem_.friction[k] * problem_.p[first];
+        if (contact && block.count == 3 && system_.friction[k] >= S(0)) {
+            const S limit = system_.friction[k] * system_.p[first];
             S wanted[2];
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
-                const S delassus = island_.delassus(island_.rows[i], block);
-                problem_.terms[i].delassus = delassus;
-                wanted[t] = problem_.p[i];
+                const S delassus = problem_.delassus(problem_.rows[i], block);
+                system_.terms[i].delassus = delassus;
+                wanted[t] = system_.p[i];
                 if (delassus > S(0)) {
-                    wanted[t] -= relaxation * (problem_.rowVelocity(island_.rows[i], block) + slipRate_[i]) / delassus;
+                    wanted[t] -= relaxation * (system_.rowVelocity(problem_.rows[i], block) + slipRate_[i]) / delassus;
                 }
             }
             const S length = planeLength(wanted[0], wanted[1]);
             const S scale = length > limit ? limit / length : S(1);
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
-                const S dp = scale * wanted[t] - problem_.p[i];
-                push(island_.rows[i], block, dp);
-                problem_.p[i] += dp;
-                change += problem_.terms[i].delassus * dp * dp;
+                const S dp = scale * wanted[t] - system_.p[i];
+                push(problem_.rows[i], block, dp);
+                system_.p[i] += dp;
+                change += system_.terms[i].delassus * dp * dp;
             }
         }
         for (std::size_t n = 0; n < moved_.size(); ++n) {
@@ -229,7 +226,7 @@ private:
 
     S errorAfterBlock(std::size_t i, const RowBlock<S>& block) const {
         S e = error(i, block);
-        const Row<S>& row = island_.rows[i];
+        const Row<S>& row = problem_.rows[i];
         if (hard_[i] || row.isSoft()) {
             S along = 0;
             for (int n = 0; n < block.bodyCount(); ++n) {
@@ -247,14 +244,14 @@ private:
         }
         for (int n = 0; n < block.bodyCount(); ++n) {
             const std::size_t i = static_cast<std::size_t>(block.body(n));
-            const Vec6<S> dv = island_.bodies[i].applyInverseMass(bodyGradient(row, block, n) * impulse);
-            problem_.v[i] += dv;
+            const Vec6<S> dv = problem_.bodies[i].applyInverseMass(bodyGradient(row, block, n) * impulse);
+            system_.v[i] += dv;
             moved_[static_cast<std::size_t>(n)] += dv;
         }
     }
 
-    Island<S>& island_;
-    RowProblem<S>& problem_;
+    Problem<S>& problem_;
+    RowSystem<S>& system_;
     S h_;
     bool refresh_;
     std::vector<SolverBody<S>> start_;
@@ -267,57 +264,57 @@ private:
 
 // The velocity pass of solvers that push errors out by the velocities that move the bodies (theory 6.8; Mueller 2020):
 // at the new poses, contacts that were pushed apart lose that speed, and friction and motors are asked again, within
-// the impulses of `problem`, which it changes.
+// the impulses of `system`, which it changes.
 template <class S>
-void velocityPass(Island<S>& island, RowProblem<S>& problem) {
+void velocityPass(Problem<S>& problem, RowSystem<S>& system) {
     constexpr int sweeps = 4;  // one leaves half of the speed in a four-point manifold
-    island.respond();
-    for (std::size_t i = 0; i < problem.v.size(); ++i) {
-        problem.v[i] = island.bodies[i].v;
+    problem.respond();
+    for (std::size_t i = 0; i < system.v.size(); ++i) {
+        system.v[i] = problem.bodies[i].v;
     }
-    for (const RowBlock<S>& block : island.blocks) {
+    for (const RowBlock<S>& block : problem.blocks) {
         const bool contact = block.kind == BlockKind::Contact;
         NonlinearRows<S>::forRows(block, [&](std::size_t i) {
             const bool normal = contact && static_cast<int>(i) == block.first;
-            RowTerms<S>& t = problem.terms[i];
+            RowTerms<S>& t = system.terms[i];
             t.softness = S(0);
             t.bias = normal ? S(0) : t.bias;
-            if (normal ? problem.p[i] == S(0) : !island.rows[i].isVelocity) {
+            if (normal ? system.p[i] == S(0) : !problem.rows[i].isVelocity) {
                 t.delassus = S(0);
             }
         });
     }
     for (int k = 0; k < sweeps; ++k) {
-        problem.sweep(island, S(1));
+        system.sweep(problem, S(1));
     }
-    for (std::size_t i = 0; i < problem.v.size(); ++i) {
-        island.bodies[i].v = problem.v[i];
+    for (std::size_t i = 0; i < system.v.size(); ++i) {
+        problem.bodies[i].v = system.v[i];
     }
 }
 
 // Post-stabilisation: moves the poses, without touching velocities or lambda, to where hard rows are obeyed, by
 // non-linear Gauss-Seidel on positions. Errors go no faster than pushOut (m/s), and of the depth of a contact a share:
 // all of it, corner after corner, tips a light box under a heavy one a little further in each sub-step, until what it
-// bears rocks and falls. Rows of `island` are left at the poses where each was last visited. Gives
+// bears rocks and falls. Rows of `problem` are left at the poses where each was last visited. Gives
 // how many rows were.
 template <class S>
-std::size_t stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
+std::size_t stabilise(Problem<S>& problem, S h, S pushOut, int sweeps) {
     std::size_t visits = 0;
-    std::vector<S> moved(island.rows.size(), S(0));  // impulse-like: mass times displacement
-    std::vector<S> target(island.rows.size());
+    std::vector<S> moved(problem.rows.size(), S(0));  // impulse-like: mass times displacement
+    std::vector<S> target(problem.rows.size());
     for (int sweep = 0; sweep < sweeps; ++sweep) {
-        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-            island.relinearize(k);
-            const RowBlock<S>& block = island.blocks[k];
+        for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+            problem.relinearize(k);
+            const RowBlock<S>& block = problem.blocks[k];
             visits += static_cast<std::size_t>(block.count);
             bool stale = false;
             NonlinearRows<S>::forRows(block, [&](std::size_t i) {
-                const Row<S>& row = island.rows[i];
+                const Row<S>& row = problem.rows[i];
                 if (row.isVelocity || row.isSoft()) {
                     return;
                 }
                 if (stale) {
-                    island.relinearize(k);
+                    problem.relinearize(k);
                 }
                 const bool equality = row.lo < S(0) && row.hi > S(0);
                 if (sweep == 0) {
@@ -330,7 +327,7 @@ std::size_t stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
                 if (!equality && row.C > static_cast<S>(-2 * slop) && moved[i] == S(0)) {
                     return;
                 }
-                const S delassus = island.delassus(row, block);
+                const S delassus = problem.delassus(row, block);
                 if (!(delassus > S(0))) {
                     return;
                 }
@@ -342,7 +339,7 @@ std::size_t stabilise(Island<S>& island, S h, S pushOut, int sweeps) {
                     return;
                 }
                 for (int n = 0; n < block.bodyCount(); ++n) {
-                    SolverBody<S>& body = island.bodies[static_cast<std::size_t>(block.body(n))];
+                    SolverBody<S>& body = problem.bodies[static_cast<std::size_t>(block.body(n))];
                     const Vec6<S> d = body.applyInverseMass(bodyGradient(row, block, n) * step);
                     body.pose.position += d.template head<3>();
                     if (!body.particle && !body.fixed) {

@@ -18,18 +18,18 @@ public:
     explicit Vbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 8) {}
     bool balances() const override { return false; }
-    int substeps(Island<S>&, S) const override { return settings_.def.substeps > 0 ? settings_.def.substeps : 4; }
+    StepPlan plan(Problem<S>&, const ControllerState&, S) const override { return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 4}; }
 
-    SolveReport advance(Island<S>& island, S h) override {
+    SolveReport advance(Problem<S>& problem, S h) override {
         const SolverDef& def = settings_.def;
-        island.predict(h);
-        island.linearize();
-        resolveImpacts(island, settings_, h);
-        RowProblem<S> problem;
-        for (const SolverBody<S>& body : island.bodies) {
-            problem.v.push_back(body.v);
+        problem.predict(h);
+        problem.linearize();
+        resolveImpacts(problem, settings_, h);
+        RowSystem<S> system;
+        for (const SolverBody<S>& body : problem.bodies) {
+            system.v.push_back(body.v);
         }
-        BlockCoordinateDescent<S> descent(island, problem, h, static_cast<S>(settings_.maxPushOutSpeed),
+        BlockCoordinateDescent<S> descent(problem, system, h, static_cast<S>(settings_.maxPushOutSpeed),
                                           def.geometricStiffness, LoadRule::Heaviest,
                                           static_cast<S>(def.penalty > 0 ? def.penalty : 3));
         descent.nonlinearRows().takeSlipBack(S(1));
@@ -39,19 +39,19 @@ public:
         }
         descent.respond();
         descent.nonlinearRows().restore();
-        const std::vector<S> p = problem.p;
-        const std::vector<Vec6<S>> v = problem.v;
-        island.integrate(h);
-        velocityPass(island, problem);
-        for (std::size_t i = 0; i < problem.p.size(); ++i) {
-            island.rows[i].lambda = problem.p[i] / h;
+        const std::vector<S> p = system.p;
+        const std::vector<Vec6<S>> v = system.v;
+        problem.integrate(h);
+        velocityPass(problem, system);
+        for (std::size_t i = 0; i < system.p.size(); ++i) {
+            problem.rows[i].lambda = system.p[i] / h;
         }
-        island.storeLambda(h);
+        problem.storeLambda(h);
         descent.nonlinearRows().storeSlip(p, v);
         SolveReport report;
         report.sweptSolves = 1;
-        report.rows = static_cast<int>(island.rows.size());
-        report.work = problem.work();
+        report.rows = static_cast<int>(problem.rows.size());
+        report.work = system.work();
         return report;
     }
 

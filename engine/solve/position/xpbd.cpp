@@ -22,21 +22,21 @@ class Xpbd final : public Solver<S> {
 public:
     explicit Xpbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 1) {}
-    int substeps(Island<S>&, S) const override { return settings_.def.substeps > 0 ? settings_.def.substeps : 20; }
+    StepPlan plan(Problem<S>&, const ControllerState&, S) const override { return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 20}; }
 
-    SolveReport advance(Island<S>& island, S h) override {
+    SolveReport advance(Problem<S>& problem, S h) override {
         const SolverDef& def = settings_.def;
-        island.predict(h);
-        island.linearize();
-        resolveImpacts(island, settings_, h);
+        problem.predict(h);
+        problem.linearize();
+        resolveImpacts(problem, settings_, h);
         if (def.geometricStiffness) {
-            addGeometricStiffness(island, h);
+            addGeometricStiffness(problem, h);
         }
-        RowProblem<S> problem;
-        for (const SolverBody<S>& body : island.bodies) {
-            problem.v.push_back(body.v);
+        RowSystem<S> system;
+        for (const SolverBody<S>& body : problem.bodies) {
+            system.v.push_back(body.v);
         }
-        NonlinearRows<S> nonlinear(island, problem, h, static_cast<S>(settings_.maxPushOutSpeed), def.refreshRows);
+        NonlinearRows<S> nonlinear(problem, system, h, static_cast<S>(settings_.maxPushOutSpeed), def.refreshRows);
         nonlinear.takeSlipBack(static_cast<S>(contactShare));
         const S asked = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
         const S relaxation = iterations_ < 4 ? std::min(asked, S(1)) : asked;
@@ -44,19 +44,19 @@ public:
             nonlinear.sweep(relaxation, k % 2 == 1);
         }
         nonlinear.restore();
-        const std::vector<S> p = problem.p;
-        const std::vector<Vec6<S>> v = problem.v;
-        island.integrate(h);
-        velocityPass(island, problem);
-        for (std::size_t i = 0; i < problem.p.size(); ++i) {
-            island.rows[i].lambda = problem.p[i] / h;
+        const std::vector<S> p = system.p;
+        const std::vector<Vec6<S>> v = system.v;
+        problem.integrate(h);
+        velocityPass(problem, system);
+        for (std::size_t i = 0; i < system.p.size(); ++i) {
+            problem.rows[i].lambda = system.p[i] / h;
         }
-        island.storeLambda(h);
+        problem.storeLambda(h);
         nonlinear.storeSlip(p, v);
         SolveReport report;
         report.sweptSolves = 1;
-        report.rows = static_cast<int>(island.rows.size());
-        report.work = problem.work();
+        report.rows = static_cast<int>(problem.rows.size());
+        report.work = system.work();
         return report;
     }
 

@@ -3,58 +3,49 @@
 namespace cairn {
 namespace {
 
-// What `optimal` keeps from step to step.
 template <class S>
-struct RadiusMemory {
-    std::vector<S> mode;
-};
-
-template <class S>
-S optimalRelaxation(Island<S>& island, const RowProblem<S>& problem) {
-    if (std::any_cast<RadiusMemory<S>>(&island.memory.solver) == nullptr) {
-        island.memory.solver = RadiusMemory<S>{};
-    }
-    auto& memory = *std::any_cast<RadiusMemory<S>>(&island.memory.solver);
-    const int iterations = memory.mode.size() == problem.p.size() ? 1 : 20;
-    const S radius = std::min(S(0.9999), jacobiRadius(island, problem, memory.mode, iterations));
+S optimalRelaxation(Problem<S>& problem, const RowSystem<S>& system) {
+    std::vector<S>& mode = problem.memory.slowestMode;
+    const int iterations = mode.size() == system.p.size() ? 1 : 20;
+    const S radius = std::min(S(0.9999), jacobiRadius(problem, system, mode, iterations));
     return S(2) / (S(1) + std::sqrt(S(1) - radius * radius));
 }
 
 }  // namespace
 
 template <class S>
-S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vector<S>& mode, int iterations) {
-    const std::size_t rows = problem.p.size();
+S jacobiRadius(const Problem<S>& problem, const RowSystem<S>& system, std::vector<S>& mode, int iterations) {
+    const std::size_t rows = system.p.size();
     if (mode.size() != rows) {
         mode.assign(rows, S(0));
         for (std::size_t i = 0; i < rows; ++i) {
             mode[i] = S(1) + S(0.1) * static_cast<S>(i % 7);
         }
     }
-    RowProblem<S> product;
+    RowSystem<S> product;
     S radius = 0;
     for (int iteration = 0; iteration < iterations; ++iteration) {
-        product.v.assign(island.bodies.size(), Vec6<S>::Zero());
+        product.v.assign(problem.bodies.size(), Vec6<S>::Zero());
         S before = 0;
-        for (const RowBlock<S>& block : island.blocks) {
+        for (const RowBlock<S>& block : problem.blocks) {
             for (int r = block.first; r < block.first + block.count; ++r) {
                 const std::size_t i = static_cast<std::size_t>(r);
-                const RowTerms<S>& t = problem.terms[i];
-                const bool free = t.delassus > S(0) && problem.p[i] > t.lo && problem.p[i] < t.hi;
+                const RowTerms<S>& t = system.terms[i];
+                const bool free = t.delassus > S(0) && system.p[i] > t.lo && system.p[i] < t.hi;
                 mode[i] = free ? mode[i] : S(0);
                 before += (t.delassus + t.softness) * mode[i] * mode[i];
-                product.push(island, i, block, mode[i]);
+                product.push(problem, i, block, mode[i]);
             }
         }
         // mode <- mode - D^-1 A mode, in the norm of D, in which the iteration is symmetric.
         S after = 0;
-        for (const RowBlock<S>& block : island.blocks) {
+        for (const RowBlock<S>& block : problem.blocks) {
             for (int r = block.first; r < block.first + block.count; ++r) {
                 const std::size_t i = static_cast<std::size_t>(r);
-                const RowTerms<S>& t = problem.terms[i];
+                const RowTerms<S>& t = system.terms[i];
                 if (mode[i] != S(0)) {
                     const S scale = t.delassus + t.softness;
-                    mode[i] -= (product.rowVelocity(island.rows[i], block) + t.softness * mode[i]) / scale;
+                    mode[i] -= (product.rowVelocity(problem.rows[i], block) + t.softness * mode[i]) / scale;
                     after += scale * mode[i] * mode[i];
                 }
             }
@@ -73,18 +64,18 @@ S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vecto
 }
 
 template <class S>
-void GaussSeidel<S>::iterate(Island<S>& island, RowProblem<S>& problem, int iterations) {
+void GaussSeidel<S>::iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) {
     const SolverDef& def = this->settings_.def;
     // Over-relaxation with few sweeps a step feeds energy in (theory section 9.5, finding c).
     const bool few = iterations < 4;
     S relaxation = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
     if (def.relaxationRule == RelaxationRule::Optimal && !few) {
-        relaxation = optimalRelaxation(island, problem);
+        relaxation = optimalRelaxation(problem, system);
     }
     relaxation = few ? std::min(relaxation, S(1)) : relaxation;
     S before = infinity<S>();
     for (int iteration = 0; iteration < iterations; ++iteration) {
-        const S change = problem.sweep(island, relaxation);
+        const S change = system.sweep(problem, relaxation);
         if (def.relaxationRule == RelaxationRule::Adaptive && !few) {
             relaxation =
                 change < before ? std::min(S(1.05) * relaxation, S(1.95)) : std::max(S(0.7) * relaxation, S(0.5));
@@ -100,8 +91,8 @@ std::unique_ptr<Solver<S>> makeGaussSeidel(const SolverSettings& settings) {
 
 template class GaussSeidel<float>;
 template class GaussSeidel<double>;
-template float jacobiRadius(const Island<float>&, const RowProblem<float>&, std::vector<float>&, int);
-template double jacobiRadius(const Island<double>&, const RowProblem<double>&, std::vector<double>&, int);
+template float jacobiRadius(const Problem<float>&, const RowSystem<float>&, std::vector<float>&, int);
+template double jacobiRadius(const Problem<double>&, const RowSystem<double>&, std::vector<double>&, int);
 template std::unique_ptr<Solver<float>> makeGaussSeidel(const SolverSettings&);
 template std::unique_ptr<Solver<double>> makeGaussSeidel(const SolverSettings&);
 

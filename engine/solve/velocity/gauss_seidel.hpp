@@ -16,12 +16,12 @@ public:
     explicit GaussSeidel(const SolverSettings& settings) : ImpulseSolver<S>(settings, 8, 1) {}
 
 private:
-    void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) override;
+    void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override;
 };
 
-// Spectral radius of the Jacobi iteration of `problem` over rows that are in no bound, by `iterations` of power
+// Spectral radius of the Jacobi iteration of `system` over rows that are in no bound, by `iterations` of power
 // iteration; `mode` is the vector it works on: keep it from step to step and one iteration is enough.
 template <class S>
-S jacobiRadius(const Island<S>& island, const RowProblem<S>& problem, std::vector<S>& mode, int iterations);
+S jacobiRadius(const Problem<S>& problem, const RowSystem<S>& system, std::vector<S>& mode, int iterations);
 
 }  // namespace cairn

@@ -26,10 +26,10 @@ public:
           iterations_(settings.def.iterations > 0 ? settings.def.iterations : iterations),
           phase_(pushOut.phase),
           dampingRatio_(pushOut.dampingRatio) {}
-    SolveReport advance(Island<S>& island, S h) override;
-    int substeps(Island<S>&, S) const override { return substeps_; }
-    // Lowers the error of `problem` by `iterations` sweeps.
-    virtual void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) = 0;
+    SolveReport advance(Problem<S>& problem, S h) override;
+    StepPlan plan(Problem<S>&, const ControllerState&, S) const override { return {.substeps = substeps_}; }
+    // Lowers the error of `system` by `iterations` sweeps.
+    virtual void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) = 0;
 
 protected:
     SolverSettings settings_;

@@ -16,24 +16,24 @@ public:
     explicit Jacobi(const SolverSettings& settings) : ImpulseSolver<S>(settings, 8, 4) {}
 
 private:
-    void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) override {
+    void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override {
         const SolverDef& def = this->settings_.def;
-        const Splitting<S> split(island, def.massSplitting);
+        const Splitting<S> split(problem, def.massSplitting);
         const S relaxation = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
         if (!def.chebyshev) {
             for (int k = 0; k < iterations; ++k) {
-                problem.sweepAtOnce(island, relaxation, split);
+                system.sweepAtOnce(problem, relaxation, split);
             }
             return;
         }
-        std::vector<S> old = problem.p;
-        std::vector<S> extra(problem.p.size());
+        std::vector<S> old = system.p;
+        std::vector<S> extra(system.p.size());
         S before = 0;
         S radius = 0;  // of the iteration, from how fast its changes shrink
         S weight = 1;
         for (int k = 0; k < iterations; ++k) {
-            const std::vector<S> start = problem.p;
-            const S change = problem.sweepAtOnce(island, relaxation, split);
+            const std::vector<S> start = system.p;
+            const S change = system.sweepAtOnce(problem, relaxation, split);
             const S shrink = before > S(0) ? std::sqrt(change / before) : S(1);
             before = change;
             if (k < 2 || shrink >= S(1)) {
@@ -45,12 +45,12 @@ private:
             // The weights themselves hide the radius: only plain sweeps tell it.
             weight = weight == S(1) ? S(2) / (S(2) - radius * radius) : S(4) / (S(4) - radius * radius * weight);
             for (std::size_t i = 0; i < extra.size(); ++i) {
-                extra[i] = (weight - S(1)) * (problem.p[i] - old[i]);
+                extra[i] = (weight - S(1)) * (system.p[i] - old[i]);
             }
             old = start;
-            problem.add(island, extra);
+            system.add(problem, extra);
         }
-        problem.sweepAtOnce(island, relaxation, split);  // back within the bounds
+        system.sweepAtOnce(problem, relaxation, split);  // back within the bounds
     }
 };
 

@@ -27,8 +27,8 @@ private:
         }
         return pushOut;
     }
-    void iterate(Island<S>& island, RowProblem<S>& problem, int iterations) override {
-        problem.conjugateSweeps(island, iterations);
+    void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override {
+        system.conjugateSweeps(problem, iterations);
     }
 };
 

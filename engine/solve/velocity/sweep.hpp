@@ -1,7 +1,7 @@
 #pragma once
 // Sweeps over the rows of an island: the one place where the row update is written. Two orders: one row after the other
 // (Gauss-Seidel), and all blocks at once from the same velocities (Jacobi).
-#include "engine/islands/row_terms.hpp"
+#include "engine/problem/row_terms.hpp"
 
 namespace cairn {
 
@@ -12,8 +12,8 @@ struct Splitting {
     std::vector<S> share;     // of each body: what its mass is divided by
     std::vector<S> delassus;  // of each row: J M^-1 J^T with the masses so divided
 
-    Splitting(const Island<S>& island, bool split) : share(island.bodies.size(), S(0)) {
-        for (const RowBlock<S>& block : island.blocks) {
+    Splitting(const Problem<S>& problem, bool split) : share(problem.bodies.size(), S(0)) {
+        for (const RowBlock<S>& block : problem.blocks) {
             for (int n = 0; n < block.bodyCount(); ++n) {
                 share[static_cast<std::size_t>(block.body(n))] += S(1);
             }
@@ -21,14 +21,14 @@ struct Splitting {
         for (S& count : share) {
             count = split ? std::max(S(1), count) : S(1);
         }
-        delassus.reserve(island.rows.size());
-        for (const RowBlock<S>& block : island.blocks) {
+        delassus.reserve(problem.rows.size());
+        for (const RowBlock<S>& block : problem.blocks) {
             for (int i = block.first; i < block.first + block.count; ++i) {
                 S sum = 0;
                 for (int n = 0; n < block.bodyCount(); ++n) {
                     const std::size_t body = static_cast<std::size_t>(block.body(n));
-                    const Vec6<S> g = bodyGradient(island.rows[static_cast<std::size_t>(i)], block, n);
-                    sum += share[body] * g.dot(island.bodies[body].applyInverseMass(g));
+                    const Vec6<S> g = bodyGradient(problem.rows[static_cast<std::size_t>(i)], block, n);
+                    sum += share[body] * g.dot(problem.bodies[body].applyInverseMass(g));
                 }
                 delassus.push_back(sum);
             }
@@ -38,7 +38,7 @@ struct Splitting {
 
 // The velocity-level problem of one sub-step.
 template <class S>
-struct RowProblem {
+struct RowSystem {
     std::vector<RowTerms<S>> terms;
     std::vector<S> friction;   // of each block; negative: its friction rows are not part of the problem
     std::vector<S> p;          // impulses, N s or N m s
@@ -53,23 +53,23 @@ struct RowProblem {
         return rowDot(row, block, [&](int i) -> const Vec6<S>& { return v[static_cast<std::size_t>(i)]; });
     }
 
-    void push(const Island<S>& island, std::size_t row, const RowBlock<S>& block, S impulse) {
-        respond(island.responses[row], block, impulse, v);
+    void push(const Problem<S>& problem, std::size_t row, const RowBlock<S>& block, S impulse) {
+        respond(problem.responses[row], block, impulse, v);
     }
 
     // Gauss-Seidel (theory 5.9):
     //     p_i <- clamp(p_i - xi (J_i v + b_i + s_i p_i) / (A_ii + s_i));
     // friction: both tangents from one velocity, then back onto the disc of mu times the present normal impulse.
     // xi: relaxation. Returns sum of (A_ii + s_i) dp_i^2, J: how much the sweep still changed.
-    S sweep(const Island<S>& island, S relaxation) {
+    S sweep(const Problem<S>& problem, S relaxation) {
         S change = 0;
-        visits += island.rows.size();
-        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-            const RowBlock<S>& block = island.blocks[k];
+        visits += problem.rows.size();
+        for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+            const RowBlock<S>& block = problem.blocks[k];
             change += solveBlock(
-                island, k, relaxation, [&](std::size_t i) { return terms[i].delassus; },
+                problem, k, relaxation, [&](std::size_t i) { return terms[i].delassus; },
                 [&](const Row<S>& row) { return rowVelocity(row, block); },
-                [&](std::size_t i, S impulse) { push(island, i, block, impulse); });
+                [&](std::size_t i, S impulse) { push(problem, i, block, impulse); });
         }
         return change;
     }
@@ -77,13 +77,13 @@ struct RowProblem {
     // Jacobi (theory 5.14), block by block: every block starts from the same velocities, on copies of its bodies; what
     // they found is applied together at the end. In the copies a body has 1 / share of its mass. Returns as sweep()
     // does.
-    S sweepAtOnce(const Island<S>& island, S relaxation, const Splitting<S>& split) {
+    S sweepAtOnce(const Problem<S>& problem, S relaxation, const Splitting<S>& split) {
         S change = 0;
-        visits += island.rows.size();
+        visits += problem.rows.size();
         const std::vector<S> before = p;
         std::array<Vec6<S>, 4> copy;
-        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-            const RowBlock<S>& block = island.blocks[k];
+        for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+            const RowBlock<S>& block = problem.blocks[k];
             for (int n = 0; n < block.bodyCount(); ++n) {
                 copy[static_cast<std::size_t>(n)] = v[static_cast<std::size_t>(block.body(n))];
             }
@@ -95,23 +95,23 @@ struct RowProblem {
                 return sum;
             };
             const auto pushCopy = [&](std::size_t i, S impulse) {
-                const Row<S>& row = island.rows[i];
+                const Row<S>& row = problem.rows[i];
                 for (int n = 0; n < block.bodyCount(); ++n) {
                     const std::size_t body = static_cast<std::size_t>(block.body(n));
                     copy[static_cast<std::size_t>(n)] +=
-                        split.share[body] * island.bodies[body].applyInverseMass(bodyGradient(row, block, n) * impulse);
+                        split.share[body] * problem.bodies[body].applyInverseMass(bodyGradient(row, block, n) * impulse);
                 }
             };
             change += solveBlock(
-                island, k, relaxation,
+                problem, k, relaxation,
                 [&](std::size_t i) { return terms[i].delassus > S(0) ? split.delassus[i] : S(0); }, velocity, pushCopy);
         }
-        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-            const RowBlock<S>& block = island.blocks[k];
+        for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+            const RowBlock<S>& block = problem.blocks[k];
             for (std::size_t i = static_cast<std::size_t>(block.first);
                  i < static_cast<std::size_t>(block.first + block.count); ++i) {
                 if (p[i] != before[i]) {
-                    push(island, i, block, p[i] - before[i]);
+                    push(problem, i, block, p[i] - before[i]);
                 }
             }
         }
@@ -121,13 +121,13 @@ struct RowProblem {
     // Non-smooth non-linear conjugate gradients (Silcowitz 2010): `count` sweeps, after each but the last of which a
     // share of the directions before is added. The norm of the change is that of the diagonal of A, in which rows of
     // metres and of radians can be added.
-    void conjugateSweeps(const Island<S>& island, int count) {
+    void conjugateSweeps(const Problem<S>& problem, int count) {
         std::vector<S> direction(p.size(), S(0));
         std::vector<S> along(p.size());
         S before = 0;
         for (int k = 0; k < count; ++k) {
             const std::vector<S> start = p;
-            const S change = sweep(island, S(1));
+            const S change = sweep(problem, S(1));
             const bool anew = !(before > S(0)) || change > before;
             const S beta = anew ? S(0) : change / before;
             before = change;
@@ -136,18 +136,18 @@ struct RowProblem {
                 direction[i] = along[i] + (p[i] - start[i]);
             }
             if (beta > S(0) && k + 1 < count) {
-                add(island, along);
+                add(problem, along);
             }
         }
     }
 
     // v <- v + M^-1 J^T change, p <- p + change.
-    void add(const Island<S>& island, const std::vector<S>& change) {
-        for (const RowBlock<S>& block : island.blocks) {
+    void add(const Problem<S>& problem, const std::vector<S>& change) {
+        for (const RowBlock<S>& block : problem.blocks) {
             for (std::size_t i = static_cast<std::size_t>(block.first);
                  i < static_cast<std::size_t>(block.first + block.count); ++i) {
                 p[i] += change[i];
-                push(island, i, block, change[i]);
+                push(problem, i, block, change[i]);
             }
         }
     }
@@ -156,10 +156,10 @@ struct RowProblem {
     //     1/2 p^T (A + s) p + p^T (J v + b)
     // most. In a steady load the share is 1; after an impact, whose impulse nothing asks for again, it is near 0. A
     // full warm start there feeds energy in, and one sweep cannot take it out.
-    void warmStart(const Island<S>& island) {
+    void warmStart(const Problem<S>& problem) {
         std::vector<S> u(p.size());
         const auto forEachRow = [&](const auto& visit) {
-            for (const RowBlock<S>& block : island.blocks) {
+            for (const RowBlock<S>& block : problem.blocks) {
                 for (int i = block.first; i < block.first + block.count; ++i) {
                     visit(block, static_cast<std::size_t>(i));
                 }
@@ -168,13 +168,13 @@ struct RowProblem {
         const std::vector<Vec6<S>> before = v;
         S slope = 0;
         forEachRow([&](const RowBlock<S>& block, std::size_t i) {
-            u[i] = rowVelocity(island.rows[i], block);
+            u[i] = rowVelocity(problem.rows[i], block);
             slope += p[i] * (u[i] + terms[i].bias);
         });
-        forEachRow([&](const RowBlock<S>& block, std::size_t i) { push(island, i, block, p[i]); });
+        forEachRow([&](const RowBlock<S>& block, std::size_t i) { push(problem, i, block, p[i]); });
         S curvature = 0;
         forEachRow([&](const RowBlock<S>& block, std::size_t i) {
-            curvature += p[i] * (rowVelocity(island.rows[i], block) - u[i] + terms[i].softness * p[i]);
+            curvature += p[i] * (rowVelocity(problem.rows[i], block) - u[i] + terms[i].softness * p[i]);
         });
         const S share = curvature > S(0) ? std::clamp(-slope / curvature, S(0), S(1)) : S(0);
         if (share == S(1)) {
@@ -192,9 +192,9 @@ private:
     // The rows of one block, in order. `velocity(row)`, `pushRow(i, impulse)` and `delassus(i)` say on which
     // velocities.
     template <class Delassus, class Velocity, class Push>
-    S solveBlock(const Island<S>& island, std::size_t k, S relaxation, const Delassus& delassus,
+    S solveBlock(const Problem<S>& problem, std::size_t k, S relaxation, const Delassus& delassus,
                  const Velocity& velocity, const Push& pushRow) {
-        const RowBlock<S>& block = island.blocks[k];
+        const RowBlock<S>& block = problem.blocks[k];
         const bool contact = block.kind == BlockKind::Contact;
         const std::size_t first = static_cast<std::size_t>(block.first);
         const std::size_t bounded = contact ? 1 : static_cast<std::size_t>(block.count);
@@ -202,7 +202,7 @@ private:
         for (std::size_t i = first; i < first + bounded; ++i) {
             const RowTerms<S>& t = terms[i];
             if (delassus(i) > S(0)) {
-                const S error = velocity(island.rows[i]) + t.bias + t.softness * p[i];
+                const S error = velocity(problem.rows[i]) + t.bias + t.softness * p[i];
                 const S scale = delassus(i) + t.softness;
                 const S next = std::clamp(p[i] - relaxation * error / scale, t.lo, t.hi);
                 const S dp = next - p[i];
@@ -218,7 +218,7 @@ private:
                 const std::size_t i = first + 1 + t;
                 wanted[t] = p[i];
                 if (delassus(i) > S(0)) {
-                    wanted[t] -= relaxation * velocity(island.rows[i]) / delassus(i);
+                    wanted[t] -= relaxation * velocity(problem.rows[i]) / delassus(i);
                 }
             }
             const S length = planeLength(wanted[0], wanted[1]);

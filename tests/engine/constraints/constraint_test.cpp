@@ -1,6 +1,6 @@
 // Constraints against their closed forms: point to point in both forms, axis alignment, motors, springs,
 // static and dynamic friction.
-#include "engine/islands/island.hpp"
+#include "engine/problem/problem.hpp"
 #include "tests/engine/engine_kit.hpp"
 
 namespace cairn {
@@ -8,12 +8,12 @@ namespace {
 
 // Two free bodies and one visit of one block, at the poses as they are: theory 5.9 in miniature.
 struct Pair {
-    Island<double> island;
+    Problem<double> problem;
     RowBlock<double> block;
 
     explicit Pair(TestRandom& random) {
-        island.bodies.resize(2);
-        for (SolverBody<double>& body : island.bodies) {
+        problem.bodies.resize(2);
+        for (SolverBody<double>& body : problem.bodies) {
             body.pose = {random.vector(1), random.rotation()};
             body.mass = random.uniform(0.5, 3);
             body.inverseMass = 1 / body.mass;
@@ -25,9 +25,9 @@ struct Pair {
         block.b = 1;
     }
     // What `displacements` (twists of unit time) add to the angular momentum about the origin.
-    static Vec3d angularMomentum(const Island<double>& island) {
+    static Vec3d angularMomentum(const Problem<double>& problem) {
         Vec3d sum = Vec3d::Zero();
-        for (const SolverBody<double>& body : island.bodies) {
+        for (const SolverBody<double>& body : problem.bodies) {
             const Vec6<double> p = body.applyMass(body.v);
             sum += p.tail<3>() + body.pose.position.cross(Vec3d(p.head<3>()));
         }
@@ -43,20 +43,20 @@ struct Pair {
             c(i) = row.C;
             for (Eigen::Index k = 0; k < n; ++k) {
                 const Row<double>& other = rows[static_cast<std::size_t>(k)];
-                A(i, k) = row.a.dot(island.bodies[0].applyInverseMass(other.a)) +
-                          row.b.dot(island.bodies[1].applyInverseMass(other.b));
+                A(i, k) = row.a.dot(problem.bodies[0].applyInverseMass(other.a)) +
+                          row.b.dot(problem.bodies[1].applyInverseMass(other.b));
             }
         }
         const Eigen::VectorXd impulse = -share * A.ldlt().solve(c);
-        for (SolverBody<double>& body : island.bodies) {
+        for (SolverBody<double>& body : problem.bodies) {
             body.v.setZero();
         }
         for (Eigen::Index i = 0; i < n; ++i) {
-            island.push(rows[static_cast<std::size_t>(i)], block, impulse(i));
+            problem.push(rows[static_cast<std::size_t>(i)], block, impulse(i));
         }
     }
     void move() {
-        for (SolverBody<double>& body : island.bodies) {
+        for (SolverBody<double>& body : problem.bodies) {
             body.pose.position += body.v.head<3>();
             body.pose.rotation = rotated<double>(body.pose.rotation, body.v.tail<3>());
             body.refreshInertia();
@@ -67,7 +67,7 @@ struct Pair {
         std::vector<Row<double>> rows;
         block.count = 0;
         RowWriter<double> writer(rows, block);
-        linearize(def, frames, island.bodies[0].pose, island.bodies[1].pose, writer);
+        linearize(def, frames, problem.bodies[0].pose, problem.bodies[1].pose, writer);
         return rows;
     }
 };
@@ -81,13 +81,13 @@ TEST(PointToPoint, WhatAnIterationConserves) {
         JointFrames<double> frames;
         frames.a.position = random.vector(1);
         frames.b.position = random.vector(1);
-        const Pose<double>& a = pair.island.bodies[0].pose;
-        const Pose<double>& b = pair.island.bodies[1].pose;
+        const Pose<double>& a = pair.problem.bodies[0].pose;
+        const Pose<double>& b = pair.problem.bodies[1].pose;
         for (const double share : {0.3, 1.0}) {
             pair.solve(pair.rowsOf(DistanceDef{.lower = 0, .upper = 0}, frames), share);
-            EXPECT_LE(Pair::angularMomentum(pair.island).norm(), 1e-14) << "scalar";
+            EXPECT_LE(Pair::angularMomentum(pair.problem).norm(), 1e-14) << "scalar";
             pair.solve(pair.rowsOf(BallDef{}, frames), share);
-            EXPECT_LE(Pair::angularMomentum(pair.island).norm(), 1e-14) << "ball";
+            EXPECT_LE(Pair::angularMomentum(pair.problem).norm(), 1e-14) << "ball";
 
             const Vec3d armA = a.rotation * frames.a.position;
             const Vec3d armB = b.rotation * frames.b.position;
@@ -102,8 +102,8 @@ TEST(PointToPoint, WhatAnIterationConserves) {
             }
             pair.solve(printed, share);
             // Theory 3.10: what the angular momentum loses is the gap times the push.
-            const Vec3d push = pair.island.bodies[1].mass * pair.island.bodies[1].v.head<3>();
-            EXPECT_LE((Pair::angularMomentum(pair.island) - gap.cross(push)).norm(), 1e-14);
+            const Vec3d push = pair.problem.bodies[1].mass * pair.problem.bodies[1].v.head<3>();
+            EXPECT_LE((Pair::angularMomentum(pair.problem) - gap.cross(push)).norm(), 1e-14);
             EXPECT_GT(gap.cross(push).norm(), 1e-4) << "it is not parallel to the gap";
         }
     }
@@ -119,7 +119,7 @@ TEST(PointToPoint, BothFormsConverge) {
         frames.b.position = random.vector(1);
         std::vector<double> gaps;
         for (int k = 0; k < (scalar ? 60 : 8); ++k) {
-            const auto& bodies = pair.island.bodies;
+            const auto& bodies = pair.problem.bodies;
             gaps.push_back((bodies[1].pose * frames.b.position - bodies[0].pose * frames.a.position).norm());
             pair.solve(
                 scalar ? pair.rowsOf(DistanceDef{.lower = 0, .upper = 0}, frames) : pair.rowsOf(BallDef{}, frames), 1);
@@ -137,14 +137,14 @@ TEST(AxisAlignment, ConvergesWithTheCorrectedSign) {
         for (const double sign : {1.0, -1.0}) {
             Pair pair(random);
             JointFrames<double> frames;
-            pair.island.bodies[0].pose.rotation.setIdentity();
-            pair.island.bodies[1].pose.rotation = expQuat<double>(start * Vec3d(0, 0.6, 0.8));
-            for (SolverBody<double>& body : pair.island.bodies) {
+            pair.problem.bodies[0].pose.rotation.setIdentity();
+            pair.problem.bodies[1].pose.rotation = expQuat<double>(start * Vec3d(0, 0.6, 0.8));
+            for (SolverBody<double>& body : pair.problem.bodies) {
                 body.refreshInertia();
             }
             const auto angle = [&] {
-                const Vec3d a = pair.island.bodies[0].pose.rotation * Vec3d::UnitX();
-                const Vec3d b = pair.island.bodies[1].pose.rotation * Vec3d::UnitX();
+                const Vec3d a = pair.problem.bodies[0].pose.rotation * Vec3d::UnitX();
+                const Vec3d b = pair.problem.bodies[1].pose.rotation * Vec3d::UnitX();
                 return std::atan2(a.cross(b).norm(), a.dot(b));
             };
             double worst = 0;

@@ -1,6 +1,6 @@
 // How spin turns by itself: the ladder of rules (theory section 3.6), what each keeps, tops under load, and the
 // resistance of a spinning body to a push (theory section 3.7).
-#include "engine/islands/island.hpp"
+#include "engine/problem/problem.hpp"
 #include "engine/model/gyroscopics.hpp"
 #include "tests/engine/engine_kit.hpp"
 
@@ -229,10 +229,10 @@ TEST(GyroscopicInertia, IsTheDerivativeOfTheEquationOfMotion) {
 // began: its tilt in x and z, rad.
 template <class S>
 Vec2<S> tiltOfTop(S spin, S impulse, S h, bool gyroscopicInertia) {
-    Island<S> island;
-    island.bodies.resize(2);
-    island.bodies[0].fixed = true;
-    SolverBody<S>& top = island.bodies[1];
+    Problem<S> problem;
+    problem.bodies.resize(2);
+    problem.bodies[0].fixed = true;
+    SolverBody<S>& top = problem.bodies[1];
     top.mass = S(1);
     top.inverseMass = S(1);
     top.localInertia = Vec3<S>(1, 2, 1).asDiagonal();
@@ -241,15 +241,15 @@ Vec2<S> tiltOfTop(S spin, S impulse, S h, bool gyroscopicInertia) {
     top.gyroscopicInertia = gyroscopicInertia;
     top.v << Vec3<S>::Zero(), Vec3<S>(0, spin, 0);
     top.refreshInertia();
-    island.predict(h);
-    island.linearize();
+    problem.predict(h);
+    problem.linearize();
     RowBlock<S> block;
     block.a = 0;
     block.b = 1;
-    RowWriter<S> writer(island.rows, block);
+    RowWriter<S> writer(problem.rows, block);
     const Row<S> row = writer.angular(Vec3<S>::UnitX(), S(0));
-    island.push(row, block, impulse);
-    island.integrate(h);
+    problem.push(row, block, impulse);
+    problem.integrate(h);
     const Vec3<S> axis = top.pose.rotation * Vec3<S>::UnitY();
     // The impulse is all that the top ever gets, whatever inertia the row met.
     const Vec3<S> momentum = top.inertia * Vec3<S>(top.v.template tail<3>());

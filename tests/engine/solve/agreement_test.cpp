@@ -23,22 +23,22 @@ HandMadeIsland tenInARow() {
                               .anchorA = line[ids[i]].pose.position,
                               .anchorB = line[ids[i + 1]].pose.position});
     }
-    line.island.linearize();
+    line.problem.linearize();
     return line;
 }
 
 constexpr double step60 = 1.0 / 60;
 
 // Velocities after one sub-step.
-DenseVector velocitiesAfter(Island<double> island, SolverDef def, int iterations) {
+DenseVector velocitiesAfter(Problem<double> problem, SolverDef def, int iterations) {
     def.substeps = 1;
     def.iterations = iterations;
     // What a sub-step corrects is not limited, and nothing is projected away after it.
     def.postStabilise = false;
     def = onlyTaken(def);
-    makeSolver<double>({def, 0.05, 1e9})->advance(island, step60);
+    makeSolver<double>({def, 0.05, 1e9})->advance(problem, step60);
     std::vector<Vec6<double>> v;
-    for (const SolverBody<double>& body : island.bodies) {
+    for (const SolverBody<double>& body : problem.bodies) {
         v.push_back(body.v);
     }
     return stacked(v);
@@ -114,13 +114,13 @@ double ratePerIteration(const std::string& name, const Dense& A) {
 
 TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
     const HandMadeIsland line = tenInARow();
-    const DenseIsland dense(line.island);
+    const DenseIsland dense(line.problem);
     const Dense A = dense.A();
     const DenseVector exact =
         dense.v - dense.inverseMass * dense.J.transpose() * A.lu().solve(DenseVector(dense.J * dense.v));
     forEachSolver([&](const SolverDef& solver) {
         const auto errorAfter = [&](int iterations) {
-            return (velocitiesAfter(line.island, solver, iterations) - exact).norm() / exact.norm();
+            return (velocitiesAfter(line.problem, solver, iterations) - exact).norm() / exact.norm();
         };
         if (traitsOf(solver).exact) {
             expectBelow(solver.name + ", velocities after a step, relative", errorAfter(0), 6e-7);
@@ -135,7 +135,7 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
                 const Dense soft = A + Dense::Identity(9, 9) / penalty;
                 const DenseVector expected =
                     dense.v - dense.inverseMass * dense.J.transpose() * soft.lu().solve(DenseVector(dense.J * dense.v));
-                const DenseVector v = velocitiesAfter(line.island, def, 4000);
+                const DenseVector v = velocitiesAfter(line.problem, def, 4000);
                 expectBelow("vbd, velocities with sticks that give, relative", (v - expected).norm() / expected.norm(),
                             1e-8);
                 return (v - exact).norm();

@@ -30,7 +30,7 @@ HandMadeIsland randomChain(TestRandom& random, int links, double gap, bool ancho
         }
         last = next;
     }
-    for (SolverBody<double>& body : chain.island.bodies) {
+    for (SolverBody<double>& body : chain.problem.bodies) {
         if (!body.fixed) {
             body.pose.position += random.vector(gap);
         }
@@ -68,26 +68,26 @@ struct DisplacementSweep {
 
 // The same as games write it (Catto 2006): impulses P at the joint's point, on the velocities of two bodies.
 struct CattoSweep {
-    const Island<double>& island;
+    const Problem<double>& problem;
     double h;
     double relaxation;
     std::vector<Vec6<double>> v;
     std::vector<double> impulse;
 
-    CattoSweep(const Island<double>& i, double step, double xi) : island(i), h(step), relaxation(xi) {
-        for (const SolverBody<double>& body : island.bodies) {
+    CattoSweep(const Problem<double>& i, double step, double xi) : problem(i), h(step), relaxation(xi) {
+        for (const SolverBody<double>& body : problem.bodies) {
             v.push_back(body.v);
         }
-        impulse.assign(island.rows.size(), 0.0);
+        impulse.assign(problem.rows.size(), 0.0);
     }
     void sweep() {
-        for (const RowBlock<double>& block : island.blocks) {
+        for (const RowBlock<double>& block : problem.blocks) {
             const std::size_t a = static_cast<std::size_t>(block.a);
             const std::size_t b = static_cast<std::size_t>(block.b);
-            const SolverBody<double>& A = island.bodies[a];
-            const SolverBody<double>& B = island.bodies[b];
+            const SolverBody<double>& A = problem.bodies[a];
+            const SolverBody<double>& B = problem.bodies[b];
             for (int r = block.first; r < block.first + block.count; ++r) {
-                const Row<double>& row = island.rows[static_cast<std::size_t>(r)];
+                const Row<double>& row = problem.rows[static_cast<std::size_t>(r)];
                 const Vec3d n = row.b.head<3>();
                 const Vec3d speedA = v[a].head<3>() + v[a].tail<3>().cross(block.armA);
                 const Vec3d speedB = v[b].head<3>() + v[b].tail<3>().cross(block.armB);
@@ -111,15 +111,15 @@ TEST(SequentialImpulses, AreLinearGaussSeidel) {
     const double h = 1.0 / 60;
     for (const double relaxation : {1.0, 1.5}) {
         HandMadeIsland chain = randomChain(random, 6, 0.02, true);
-        chain.island.linearize();
-        const DenseIsland dense(chain.island);
-        RowProblem<double> ours = problemOf(chain.island, h);
+        chain.problem.linearize();
+        const DenseIsland dense(chain.problem);
+        RowSystem<double> ours = systemOf(chain.problem, h);
         DisplacementSweep displaced(dense, h, relaxation);
-        CattoSweep catto(chain.island, h, relaxation);
+        CattoSweep catto(chain.problem, h, relaxation);
         double fromDisplaced = 0;
         double fromCatto = 0;
         for (int k = 0; k < 8; ++k) {
-            ours.sweep(chain.island, relaxation);
+            ours.sweep(chain.problem, relaxation);
             displaced.sweep();
             catto.sweep();
             const DenseVector v = stacked(ours.v);
@@ -274,17 +274,17 @@ TEST(SequentialImpulses, AllAtOnceAreJacobi) {
             .a = last, .b = next, .anchorA = line[last].pose.position, .anchorB = line[next].pose.position});
         last = next;
     }
-    line.island.linearize();
-    const DenseIsland dense(line.island);
+    line.problem.linearize();
+    const DenseIsland dense(line.problem);
     const Dense A = dense.A();
     const DenseVector D = A.diagonal();
-    RowProblem<double> ours = problemOf(line.island, 0.01);
-    const Splitting<double> whole(line.island, false);
+    RowSystem<double> ours = systemOf(line.problem, 0.01);
+    const Splitting<double> whole(line.problem, false);
     DenseVector p = DenseVector::Zero(dense.C.size());
     const DenseVector b = dense.J * dense.v + dense.C / 0.01;
     double worst = 0;
     for (int k = 0; k < 10; ++k) {
-        ours.sweepAtOnce(line.island, 1.0, whole);
+        ours.sweepAtOnce(line.problem, 1.0, whole);
         p -= ((A * p + b).array() / D.array()).matrix();
         worst = std::max(worst, (stacked(ours.p) - p).norm() / p.norm());
     }
@@ -296,14 +296,14 @@ TEST(SequentialImpulses, AllAtOnceAreJacobi) {
 TEST(SequentialImpulses, ClampedSolveTheComplementarityProblem) {
     TestRandom random(4);
     HandMadeIsland ropes = randomChain(random, 5, 0.02, true);
-    ropes.island.linearize();
-    for (Row<double>& row : ropes.island.rows) {
+    ropes.problem.linearize();
+    for (Row<double>& row : ropes.problem.rows) {
         row.lo = 0;  // each row may push one way only
     }
-    const DenseIsland dense(ropes.island);
-    RowProblem<double> ours = problemOf(ropes.island, 1.0 / 60);
+    const DenseIsland dense(ropes.problem);
+    RowSystem<double> ours = systemOf(ropes.problem, 1.0 / 60);
     for (int k = 0; k < 4000; ++k) {
-        ours.sweep(ropes.island, 1.0);
+        ours.sweep(ropes.problem, 1.0);
     }
     const DenseVector p = stacked(ours.p);
     const DenseVector u = dense.A() * p + dense.J * dense.v + dense.C * 60;
@@ -587,7 +587,7 @@ struct Spring {
 
 std::vector<Spring> springsOf(const HandMadeIsland& made) {
     std::vector<Spring> springs;
-    for (const auto& link : made.island.joints) {
+    for (const auto& link : made.problem.joints) {
         const DistanceDef& def = std::get<DistanceDef>(link.joint->def);
         springs.push_back(
             {def.anchorA, link.joint->frames.b.position, def.lower, 1 / def.softness.compliance, def.softness.damping});
@@ -602,15 +602,15 @@ TEST(VertexBlockDescent, SolvesTheGeneralisedForceEquation) {
     const double h = 1.0 / 60;
     HandMadeIsland made = bodyOnSprings(random);
     const std::vector<Spring> springs = springsOf(made);
-    Island<double>& island = made.island;
-    island.predict(h);
-    island.linearize();
-    const SolverBody<double> start = island.bodies[1];
-    RowProblem<double> problem;
-    for (const SolverBody<double>& body : island.bodies) {
-        problem.v.push_back(body.v);
+    Problem<double>& problem = made.problem;
+    problem.predict(h);
+    problem.linearize();
+    const SolverBody<double> start = problem.bodies[1];
+    RowSystem<double> system;
+    for (const SolverBody<double>& body : problem.bodies) {
+        system.v.push_back(body.v);
     }
-    BlockCoordinateDescent<double> descent(island, problem, h, 1e9, false, LoadRule::Heaviest, 3);
+    BlockCoordinateDescent<double> descent(problem, system, h, 1e9, false, LoadRule::Heaviest, 3);
     descent.descend();  // there and back: two visits of the only body
 
     Mat6<double> M = Mat6<double>::Zero();
@@ -641,7 +641,7 @@ TEST(VertexBlockDescent, SolvesTheGeneralisedForceEquation) {
         moved += step;
     }
     expectBelow("6.12 against 6.5, relative", forms, 1e-12);
-    expectBelow("6.5 against vbd, m/s and rad/s", (problem.v[1] - start.v - moved / h).norm(), 1e-12);
+    expectBelow("6.5 against vbd, m/s and rad/s", (system.v[1] - start.v - moved / h).norm(), 1e-12);
 }
 
 // avbd's visit of a body is theory 7.9 with the inverse of 7.19, here as 7.20 has it (theory errata 2 and 11): a body
@@ -655,16 +655,16 @@ TEST(AugmentedDescent, BodyInverseIsWoodburys) {
                                 random.vector(2));
     made.join(BallDef{.a = ground, .b = id, .anchor = Vec3d(0.1, 0.1, -0.1)});
     made[id].pose.position += Vec3d(0.02, -0.01, 0.015);
-    Island<double>& island = made.island;
-    island.predict(h);
-    island.linearize();
-    const SolverBody<double> start = island.bodies[1];
-    const Mat3d axes = made.island.joints[0].joint->frames.a.rotation.toRotationMatrix();
-    RowProblem<double> problem;
-    for (const SolverBody<double>& body : island.bodies) {
-        problem.v.push_back(body.v);
+    Problem<double>& problem = made.problem;
+    problem.predict(h);
+    problem.linearize();
+    const SolverBody<double> start = problem.bodies[1];
+    const Mat3d axes = made.problem.joints[0].joint->frames.a.rotation.toRotationMatrix();
+    RowSystem<double> system;
+    for (const SolverBody<double>& body : problem.bodies) {
+        system.v.push_back(body.v);
     }
-    BlockCoordinateDescent<double> descent(island, problem, h, 1e9, false, LoadRule::Heaviest, 2);
+    BlockCoordinateDescent<double> descent(problem, system, h, 1e9, false, LoadRule::Heaviest, 2);
     const double stiffness = 17;  // rho h^2, kg
     const Vec3d carried(0.3, -0.2, 0.5);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -674,7 +674,7 @@ TEST(AugmentedDescent, BodyInverseIsWoodburys) {
     descent.descend();
 
     const Mat3d inverseInertia = start.inertia.inverse();
-    const Vec3d arm0 = island.joints[0].joint->frames.b.position;
+    const Vec3d arm0 = problem.joints[0].joint->frames.b.position;
     enum Reading { Right, MassPrinted, SignPrinted };
     const auto twoVisits = [&](Reading reading) {
         Vec6<double> moved = Vec6<double>::Zero();
@@ -699,9 +699,9 @@ TEST(AugmentedDescent, BodyInverseIsWoodburys) {
         }
         return Vec6<double>(start.v + moved / h);
     };
-    expectBelow("7.48 against avbd, m/s and rad/s", (twoVisits(Right) - problem.v[1]).norm(), 1e-12);
-    EXPECT_GT((twoVisits(MassPrinted) - problem.v[1]).norm(), 0.1);
-    EXPECT_GT((twoVisits(SignPrinted) - problem.v[1]).norm(), 0.1);
+    expectBelow("7.48 against avbd, m/s and rad/s", (twoVisits(Right) - system.v[1]).norm(), 1e-12);
+    EXPECT_GT((twoVisits(MassPrinted) - system.v[1]).norm(), 0.1);
+    EXPECT_GT((twoVisits(SignPrinted) - system.v[1]).norm(), 0.1);
 }
 
 struct Converged {
@@ -710,19 +710,19 @@ struct Converged {
 };
 
 // Impulses that hold all joints at the moved poses, M (v - v*) = J^T p with J there too: Newton on p, dense.
-Converged exactStep(Island<double> island, double h) {
-    const std::vector<SolverBody<double>> start = island.bodies;
-    DenseIsland dense(island);
+Converged exactStep(Problem<double> problem, double h) {
+    const std::vector<SolverBody<double>> start = problem.bodies;
+    DenseIsland dense(problem);
     const DenseVector free = dense.v;
     Converged answer{free, DenseVector::Zero(dense.C.size())};
     for (int iteration = 0; iteration < 60; ++iteration) {
         for (std::size_t i = 0; i < start.size(); ++i) {
-            island.bodies[i].pose = start[i].moved(answer.v.segment<6>(6 * at(i)), h);
+            problem.bodies[i].pose = start[i].moved(answer.v.segment<6>(6 * at(i)), h);
         }
-        for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-            island.relinearize(k);
+        for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+            problem.relinearize(k);
         }
-        const DenseIsland now(island);
+        const DenseIsland now(problem);
         const DenseVector asked = now.inverseMass * now.J.transpose() * answer.p + free - answer.v;
         // Both residuals at once: velocity off M^-1 J^T p, and C.
         const DenseVector dp = now.A().ldlt().solve(-now.C / h - now.J * asked);
@@ -732,15 +732,15 @@ Converged exactStep(Island<double> island, double h) {
     return answer;
 }
 
-Converged advanced(Island<double> island, const SolverDef& def, double h) {
-    makeSolver<double>(settingsOf(def))->advance(island, h);
+Converged advanced(Problem<double> problem, const SolverDef& def, double h) {
+    makeSolver<double>(settingsOf(def))->advance(problem, h);
     Converged result;
     std::vector<Vec6<double>> v;
     std::vector<double> p;
-    for (const SolverBody<double>& body : island.bodies) {
+    for (const SolverBody<double>& body : problem.bodies) {
         v.push_back(body.v);
     }
-    for (const Row<double>& row : island.rows) {
+    for (const Row<double>& row : problem.rows) {
         p.push_back(h * row.lambda);
     }
     result.v = stacked(v);
@@ -754,10 +754,10 @@ TEST(AugmentedDescent, ConvergesToTheConstraintForces) {
     TestRandom random(11);
     const double h = 1.0 / 60;
     HandMadeIsland chain = randomChain(random, 4, 2e-3, true);
-    for (SolverBody<double>& body : chain.island.bodies) {
+    for (SolverBody<double>& body : chain.problem.bodies) {
         body.force << body.mass * gravity, Vec3d::Zero();
     }
-    Island<double> predicted = chain.island;
+    Problem<double> predicted = chain.problem;
     predicted.predict(h);
     predicted.linearize();
     const Converged exact = exactStep(predicted, h);
@@ -765,13 +765,13 @@ TEST(AugmentedDescent, ConvergesToTheConstraintForces) {
         SolverDef def = textbook("avbd", 3000);
         def.warmStart = 0;  // with it a sub-step takes back a share of the error
         def.penalty = penalty;
-        const Converged ours = advanced(chain.island, def, h);
+        const Converged ours = advanced(chain.problem, def, h);
         const std::string what = "penalty " + std::to_string(penalty);
         expectBelow(what + ", multipliers, relative", (ours.p - exact.p).norm() / exact.p.norm(), 1e-8);
         expectBelow(what + ", velocities", (ours.v - exact.v).norm(), 1e-8);
     }
     // Position based, the impulses of the first sweeps point along rows that have turned since: equal to first order.
-    const Converged positionBased = advanced(chain.island, textbook("nonlinear_gs", 3000), h);
+    const Converged positionBased = advanced(chain.problem, textbook("nonlinear_gs", 3000), h);
     expectBelow("nonlinear_gs, multipliers, relative", (positionBased.p - exact.p).norm() / exact.p.norm(), 0.02);
 }
 
@@ -783,17 +783,17 @@ TEST(AugmentedDescent, WithGeometricStiffnessIsRowsOnStiffenedMasses) {
     TestRandom random(12);
     const double h = 1.0 / 30;
     HandMadeIsland chain = randomChain(random, 4, 2e-3, true);
-    Island<double>& island = chain.island;
-    island.linearize();
-    const DenseIsland plain(island);
-    for (Row<double>& row : island.rows) {
+    Problem<double>& problem = chain.problem;
+    problem.linearize();
+    const DenseIsland plain(problem);
+    for (Row<double>& row : problem.rows) {
         row.lambda = random.uniform(-200, 200);  // of the last step
     }
-    addGeometricStiffness(island, h);
-    const DenseIsland stiff(island);
-    RowProblem<double> rows = problemOf(island, h);
+    addGeometricStiffness(problem, h);
+    const DenseIsland stiff(problem);
+    RowSystem<double> rows = systemOf(problem, h);
     for (int k = 0; k < 6000; ++k) {
-        rows.sweep(island, 1.0);
+        rows.sweep(problem, 1.0);
     }
 
     // Only bodies that move: M^-1 of the fixed one is 0.
@@ -801,8 +801,8 @@ TEST(AugmentedDescent, WithGeometricStiffnessIsRowsOnStiffenedMasses) {
     const Dense J = plain.J.rightCols(moving);
     Dense M = Dense::Zero(moving, moving);
     Dense D = Dense::Zero(moving, moving);
-    for (std::size_t i = 1; i < island.bodies.size(); ++i) {
-        const SolverBody<double>& body = island.bodies[i];
+    for (std::size_t i = 1; i < problem.bodies.size(); ++i) {
+        const SolverBody<double>& body = problem.bodies[i];
         M.block<3, 3>(6 * at(i) - 6, 6 * at(i) - 6) = body.mass * Mat3d::Identity();
         D.block<3, 3>(6 * at(i) - 3, 6 * at(i) - 3) = body.stiffening.asDiagonal();
         M.block<3, 3>(6 * at(i) - 3, 6 * at(i) - 3) = body.inertia - Mat3d(body.stiffening.asDiagonal());
@@ -847,9 +847,9 @@ DenseVector minimalImpulses(const Dense& A, const DenseVector& b, const DenseVec
 // A chain whose every joint is there three times over, as two balls and a weld.
 HandMadeIsland redundantChain(TestRandom& random) {
     HandMadeIsland chain = randomChain(random, 4, 0, true);
-    const std::size_t joints = chain.island.joints.size();
+    const std::size_t joints = chain.problem.joints.size();
     for (std::size_t j = 0; j < joints; ++j) {
-        const BallDef def = std::get<BallDef>(chain.island.joints[j].joint->def);
+        const BallDef def = std::get<BallDef>(chain.problem.joints[j].joint->def);
         chain.join(def);
         if (j % 2 == 0) {
             chain.join(WeldDef{.a = def.a, .b = def.b, .anchor = def.anchor});
@@ -866,21 +866,21 @@ TEST(MoorePenrose, IsWhatDirectAndRowSolversReturn) {
     TestRandom random(13);
     const double h = 1.0 / 60;
     HandMadeIsland chain = redundantChain(random);
-    Island<double>& island = chain.island;
-    island.linearize();
-    const DenseIsland dense(island);
+    Problem<double>& problem = chain.problem;
+    problem.linearize();
+    const DenseIsland dense(problem);
     const Dense A = dense.A();
     const DenseVector b = dense.J * dense.v + dense.C / h;
     const DenseVector v = dense.v - dense.inverseMass * dense.J.transpose() * timesPseudoInverse(A, b);
     expectBelow("rows obeyed by the pseudo-inverse, m/s", (dense.J * v + dense.C / h).norm(), 1e-12);
 
     ContactNewton<double> newton;
-    newton.prepare(island);
-    RowProblem<double> problem = problemOf(island, h);
-    newton.problem.terms = problem.terms;
-    newton.problem.p = problem.p;
-    newton.problem.friction = problem.friction;
-    newton.vStar = problem.v;
+    newton.prepare(problem);
+    RowSystem<double> system = systemOf(problem, h);
+    newton.system.terms = system.terms;
+    newton.system.p = system.p;
+    newton.system.friction = system.friction;
+    newton.vStar = system.v;
     NewtonOptions options;
     options.regularisation = 1e-4;
     options.minRegularisation = 1e-9;
@@ -888,20 +888,20 @@ TEST(MoorePenrose, IsWhatDirectAndRowSolversReturn) {
     options.stalled = 1e-10;
     options.maxIterations = 200;
     options.goesOn = true;  // from the impulses it is given, not from sweeps
-    const NewtonReport report = newton.solve(island, options);
+    const NewtonReport report = newton.solve(problem, options);
     EXPECT_TRUE(report.converged) << report.residual << " m/s after " << report.iterations << " iterations";
-    expectBelow("direct, velocities", (stacked(newton.problem.v) - v).norm() / v.norm(), 1e-10);
+    expectBelow("direct, velocities", (stacked(newton.system.v) - v).norm() / v.norm(), 1e-10);
     const DenseVector minimal = minimalImpulses(A, b, A.diagonal());
-    expectBelow("direct, least impulses, relative", (stacked(newton.problem.p) - minimal).norm() / minimal.norm(),
+    expectBelow("direct, least impulses, relative", (stacked(newton.system.p) - minimal).norm() / minimal.norm(),
                 1e-8);
 
     for (int k = 0; k < 3000; ++k) {
-        problem.sweep(island, 1.0);
+        system.sweep(problem, 1.0);
     }
-    expectBelow("Gauss-Seidel, velocities", (stacked(problem.v) - v).norm() / v.norm(), 1e-10);
-    EXPECT_GT((stacked(problem.p) - minimal).norm(), 0.3 * minimal.norm());
+    expectBelow("Gauss-Seidel, velocities", (stacked(system.v) - v).norm() / v.norm(), 1e-10);
+    EXPECT_GT((stacked(system.p) - minimal).norm(), 0.3 * minimal.norm());
     EXPECT_LE(minimal.dot(A.diagonal().cwiseProduct(minimal)),
-              stacked(problem.p).dot(A.diagonal().cwiseProduct(stacked(problem.p))));
+              stacked(system.p).dot(A.diagonal().cwiseProduct(stacked(system.p))));
 }
 
 // The same of the whole solver: joints that are open by a little and do not move are closed by theory 5.7.
@@ -910,17 +910,17 @@ TEST(MoorePenrose, ClosesJointsByTheLeastMotion) {
     const double h = 1.0 / 60;
     HandMadeIsland chain = redundantChain(random);
     const double gap = 1e-5;
-    for (SolverBody<double>& body : chain.island.bodies) {
+    for (SolverBody<double>& body : chain.problem.bodies) {
         body.v.setZero();
         if (!body.fixed) {
             body.pose.position += random.vector(gap);
         }
     }
-    Island<double> island = chain.island;
-    island.linearize();
-    const DenseIsland dense(island);
+    Problem<double> problem = chain.problem;
+    problem.linearize();
+    const DenseIsland dense(problem);
     const DenseVector moved = -dense.inverseMass * dense.J.transpose() * timesPseudoInverse(dense.A(), dense.C);
-    const Converged ours = advanced(chain.island, {.name = "direct", .tolerance = 1e-12}, h);
+    const Converged ours = advanced(chain.problem, {.name = "direct", .tolerance = 1e-12}, h);
     expectBelow("direct, motion that closes, relative", (h * ours.v - moved).norm() / moved.norm(), 1e-3);
 }
 
@@ -964,20 +964,20 @@ TEST(GeometricStiffness, IsThereUnderLoadWhereJointsAreClosed) {
     const BodyId ground = made.fixed(Vec3d::Zero());
     const BodyId body = made.body({Vec3d(0, -0.5, 0), Quatd::Identity()}, 2, Vec3d(0.2, 0.3, 0.2));
     made.join(BallDef{.a = ground, .b = body, .anchor = Vec3d::Zero()});
-    Island<double>& island = made.island;
-    island.linearize();
-    const Mat3d before = island.bodies[1].inertia;
+    Problem<double>& problem = made.problem;
+    problem.linearize();
+    const Mat3d before = problem.bodies[1].inertia;
     // Carried upwards with 500 N.
-    for (Row<double>& row : island.rows) {
+    for (Row<double>& row : problem.rows) {
         EXPECT_EQ(row.C, 0);
         row.lambda = 500 * row.b(1);
     }
     const double h = 1.0 / 60;
-    addGeometricStiffness(island, h);
-    const Mat3d added = island.bodies[1].inertia - before;
+    addGeometricStiffness(problem, h);
+    const Mat3d added = problem.bodies[1].inertia - before;
     const Mat3d expected = h * h * Vec3d(250, 0, 250).asDiagonal().toDenseMatrix();
     expectBelow("added to a pendulum's inertia, kg m2", (added - expected).norm(), 1e-12);
-    EXPECT_NEAR(added.trace(), island.bodies[1].stiffening.sum(), 1e-15);
+    EXPECT_NEAR(added.trace(), problem.bodies[1].stiffening.sum(), 1e-15);
 }
 
 // ---- theory section 5.4: relaxation
@@ -996,24 +996,24 @@ HandMadeIsland tenInARow(unsigned seed) {
                               .anchorA = Vec3d(i, 0, 0),
                               .anchorB = Vec3d(i + 1, 0, 0)});
     }
-    line.island.linearize();
+    line.problem.linearize();
     return line;
 }
 
 // Spectral radius of one sweep: the sweep itself applied to each unit vector of impulses.
-double sweepRadius(const Island<double>& island, double relaxation) {
-    const std::size_t rows = island.rows.size();
+double sweepRadius(const Problem<double>& problem, double relaxation) {
+    const std::size_t rows = problem.rows.size();
     Dense G(at(rows), at(rows));
     for (std::size_t i = 0; i < rows; ++i) {
-        RowProblem<double> problem = problemOf(island, 1);
-        for (Vec6<double>& v : problem.v) {
+        RowSystem<double> system = systemOf(problem, 1);
+        for (Vec6<double>& v : system.v) {
             v.setZero();
         }
         std::vector<double> unit(rows, 0.0);
         unit[i] = 1;
-        problem.add(island, unit);
-        problem.sweep(island, relaxation);
-        G.col(at(i)) = stacked(problem.p);
+        system.add(problem, unit);
+        system.sweep(problem, relaxation);
+        G.col(at(i)) = stacked(system.p);
     }
     return G.eigenvalues().cwiseAbs().maxCoeff();
 }
@@ -1023,24 +1023,24 @@ TEST(Relaxation, OptimumIsThatOfTheSquaredRadius) {
     const HandMadeIsland line = tenInARow(16);
     const double radius = std::cos(pi / 10);
     std::vector<double> mode;
-    const RowProblem<double> problem = problemOf(line.island, 1);
-    expectClose("measured radius of the Jacobi iteration", jacobiRadius(line.island, problem, mode, 400), radius, 1e-9);
+    const RowSystem<double> system = systemOf(line.problem, 1);
+    expectClose("measured radius of the Jacobi iteration", jacobiRadius(line.problem, system, mode, 400), radius, 1e-9);
     mode.clear();
-    expectClose("the same after the iterations of a first step", jacobiRadius(line.island, problem, mode, 20), radius,
+    expectClose("the same after the iterations of a first step", jacobiRadius(line.problem, system, mode, 20), radius,
                 0.02);
-    expectClose("radius of plain sweeps", sweepRadius(line.island, 1), radius * radius, 1e-9);
+    expectClose("radius of plain sweeps", sweepRadius(line.problem, 1), radius * radius, 1e-9);
     const double right = 2 / (1 + std::sqrt(1 - radius * radius));
     const double printed = 2 / (1 + std::sqrt(1 - radius));
     EXPECT_NEAR(right, 1.527864, 1e-6);
     EXPECT_NEAR(printed, 1.637691, 1e-6);
     double best = 1;
     for (double xi = 1.4; xi < 1.7; xi += 1e-3) {
-        best = sweepRadius(line.island, xi) < sweepRadius(line.island, best) ? xi : best;
+        best = sweepRadius(line.problem, xi) < sweepRadius(line.problem, best) ? xi : best;
     }
     expectClose("best relaxation, measured", best, right, 1e-3);
     // At the optimum all eigenvalues meet, and so their last digits are lost.
-    expectClose("radius there", sweepRadius(line.island, right), 0.527864, 2e-3);
-    expectClose("radius at the printed 4.79", sweepRadius(line.island, printed), 0.637691, 1e-6);
+    expectClose("radius there", sweepRadius(line.problem, right), 0.527864, 2e-3);
+    expectClose("radius at the printed 4.79", sweepRadius(line.problem, printed), 0.637691, 1e-6);
 }
 
 // The rules as the solver has them: distance of the velocities after a sub-step from the exact ones.
@@ -1048,7 +1048,7 @@ TEST(Relaxation, RulesAreNeverWorseThanPlainSweeps) {
     const double h = 1.0 / 60;
     for (const unsigned seed : {16U, 17U, 18U}) {
         const HandMadeIsland line = tenInARow(seed);
-        const DenseIsland dense(line.island);
+        const DenseIsland dense(line.problem);
         const DenseVector exact =
             dense.v - dense.inverseMass * dense.J.transpose() * dense.A().ldlt().solve(dense.J * dense.v);
         const auto errorOf = [&](RelaxationRule rule, double xi, int iterations) {
@@ -1057,7 +1057,7 @@ TEST(Relaxation, RulesAreNeverWorseThanPlainSweeps) {
                                 .iterations = iterations,
                                 .relaxation = xi,
                                 .relaxationRule = rule};
-            return (advanced(line.island, def, h).v - exact).norm();
+            return (advanced(line.problem, def, h).v - exact).norm();
         };
         double optimal = 0;
         double adaptive = 0;
@@ -1141,7 +1141,7 @@ TEST(Errata, CouplingOfNeighbouringRowsHasItsArmsInOrder) {
         }
         chain.join(DistanceDef{.a = ids[j], .b = ids[j + 1], .anchorA = ends[j][0], .anchorB = ends[j][1]});
     }
-    chain.island.linearize();
+    chain.problem.linearize();
     const Vec3d p12 = (ends[0][1] - ends[0][0]).normalized();
     const Vec3d p23 = (ends[1][1] - ends[1][0]).normalized();
     const SolverBody<double>& middle = chain[ids[1]];
@@ -1150,7 +1150,7 @@ TEST(Errata, CouplingOfNeighbouringRowsHasItsArmsInOrder) {
     const Mat3d I = middle.inertia.inverse();
     const double right = -p12.dot((Mat3d::Identity() / 1.5 - b * I * a) * p23);
     const double printed = -p12.dot((Mat3d::Identity() / 1.5 - a * I * b) * p23);
-    expectClose("coupling of two rows", DenseIsland(chain.island).A()(0, 1), right, 1e-14);
+    expectClose("coupling of two rows", DenseIsland(chain.problem).A()(0, 1), right, 1e-14);
     EXPECT_GT(std::abs(printed - right), 1e-3);
 }
 

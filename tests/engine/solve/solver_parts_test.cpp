@@ -120,10 +120,10 @@ TYPED_TEST(SolverParts, BlockCholeskyOfAChainIsLinear) {
 
 // A random contact problem: `count` boxes of about a metre, one fixed body, and contact points between them.
 template <class S>
-Island<S> randomContacts(TestRandom& random, int count, int points, double mu, double ratio) {
-    Island<S> island;
+Problem<S> randomContacts(TestRandom& random, int count, int points, double mu, double ratio) {
+    Problem<S> problem;
     for (int i = 0; i < count; ++i) {
-        SolverBody<S>& body = island.bodies.emplace_back();
+        SolverBody<S>& body = problem.bodies.emplace_back();
         body.pose.position = random.vector(1).cast<S>();
         body.mass = static_cast<S>(i % 2 == 0 ? 1 : ratio);
         body.inverseMass = S(1) / body.mass;
@@ -134,10 +134,10 @@ Island<S> randomContacts(TestRandom& random, int count, int points, double mu, d
         body.v << random.vector(1).cast<S>(), random.vector(1).cast<S>();
         body.vBefore = body.v;
     }
-    SolverBody<S>& ground = island.bodies.emplace_back();
+    SolverBody<S>& ground = problem.bodies.emplace_back();
     ground.fixed = true;
     for (int k = 0; k < points; ++k) {
-        RowBlock<S>& block = island.blocks.emplace_back();
+        RowBlock<S>& block = problem.blocks.emplace_back();
         block.b = static_cast<int>(random.uniform(0, count));
         do {
             block.a = static_cast<int>(random.uniform(0, count + 1));
@@ -145,10 +145,10 @@ Island<S> randomContacts(TestRandom& random, int count, int points, double mu, d
         block.kind = BlockKind::Contact;
         block.friction = static_cast<S>(mu);
         block.staticFriction = block.friction;
-        block.first = static_cast<int>(island.rows.size());
-        RowWriter<S> writer(island.rows, block);
-        const Pose<S>& a = island.bodies[static_cast<std::size_t>(block.a)].pose;
-        const Pose<S>& b = island.bodies[static_cast<std::size_t>(block.b)].pose;
+        block.first = static_cast<int>(problem.rows.size());
+        RowWriter<S> writer(problem.rows, block);
+        const Pose<S>& a = problem.bodies[static_cast<std::size_t>(block.a)].pose;
+        const Pose<S>& b = problem.bodies[static_cast<std::size_t>(block.b)].pose;
         // Normals lean upwards and away from the ground, so that the contacts do not wedge the bodies.
         Vec3d n = random.direction();
         n.y() = std::abs(n.y()) + 0.5;
@@ -156,30 +156,30 @@ Island<S> randomContacts(TestRandom& random, int count, int points, double mu, d
         linearizeContact(ContactGeometry<S>{point - a.position, point - b.position, n.normalized().cast<S>()}, a, b,
                          true, writer);
     }
-    island.respond();
-    return island;
+    problem.respond();
+    return problem;
 }
 
 // Twists by projected Gauss-Seidel in double on the dense matrix J M^-1 J^T, until nothing moves any more.
-std::vector<Vec6<double>> denseReference(const Island<double>& island, const std::vector<double>& bias, double mu) {
-    const Eigen::Index rows = static_cast<Eigen::Index>(island.rows.size());
-    const Eigen::Index size = static_cast<Eigen::Index>(6 * island.bodies.size());
+std::vector<Vec6<double>> denseReference(const Problem<double>& problem, const std::vector<double>& bias, double mu) {
+    const Eigen::Index rows = static_cast<Eigen::Index>(problem.rows.size());
+    const Eigen::Index size = static_cast<Eigen::Index>(6 * problem.bodies.size());
     Dense J = Dense::Zero(rows, size);
     Dense inverseMass = Dense::Zero(size, size);
     DenseVector v(size);
-    for (const RowBlock<double>& block : island.blocks) {
+    for (const RowBlock<double>& block : problem.blocks) {
         for (int r = block.first; r < block.first + block.count; ++r) {
-            const Row<double>& row = island.rows[static_cast<std::size_t>(r)];
+            const Row<double>& row = problem.rows[static_cast<std::size_t>(r)];
             J.block<1, 6>(r, 6 * block.a) = row.a.transpose();
             J.block<1, 6>(r, 6 * block.b) = row.b.transpose();
         }
     }
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
         const Eigen::Index k = 6 * static_cast<Eigen::Index>(i);
-        v.segment<6>(k) = island.bodies[i].v;
-        if (!island.bodies[i].fixed) {
-            inverseMass.block<3, 3>(k, k) = Mat3d::Identity() / island.bodies[i].mass;
-            inverseMass.block<3, 3>(k + 3, k + 3) = island.bodies[i].inertia.inverse();
+        v.segment<6>(k) = problem.bodies[i].v;
+        if (!problem.bodies[i].fixed) {
+            inverseMass.block<3, 3>(k, k) = Mat3d::Identity() / problem.bodies[i].mass;
+            inverseMass.block<3, 3>(k + 3, k + 3) = problem.bodies[i].inertia.inverse();
         }
     }
     const Dense A = J * inverseMass * J.transpose();
@@ -233,25 +233,25 @@ Vec3d nearestOnCone(const Vec3d& p, double mu) {
 
 NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, double ratio) {
     TestRandom random(seed);
-    Island<double> island = randomContacts<double>(random, bodies, points, mu, ratio);
+    Problem<double> problem = randomContacts<double>(random, bodies, points, mu, ratio);
     ContactNewton<double> newton;
-    newton.prepare(island);
-    std::vector<double> bias(island.rows.size(), 0.0);
-    for (std::size_t k = 0; k < island.blocks.size(); ++k) {
-        newton.problem.friction[k] = mu;
+    newton.prepare(problem);
+    std::vector<double> bias(problem.rows.size(), 0.0);
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        newton.system.friction[k] = mu;
         for (std::size_t r = 0; r < 3; ++r) {
-            const std::size_t i = static_cast<std::size_t>(island.blocks[k].first) + r;
+            const std::size_t i = static_cast<std::size_t>(problem.blocks[k].first) + r;
             bool hard = false;
-            newton.problem.terms[i] =
-                rowTerms(island.rows[i], island.delassus(island.rows[i], island.blocks[k]), 1.0, hard);
-            newton.problem.p[i] = 0;
+            newton.system.terms[i] =
+                rowTerms(problem.rows[i], problem.delassus(problem.rows[i], problem.blocks[k]), 1.0, hard);
+            newton.system.p[i] = 0;
             if (r == 0) {
-                bias[i] = newton.problem.terms[i].bias = random.uniform(-0.2, 0.5);
+                bias[i] = newton.system.terms[i].bias = random.uniform(-0.2, 0.5);
             }
         }
     }
-    for (std::size_t i = 0; i < island.bodies.size(); ++i) {
-        newton.vStar[i] = island.bodies[i].v;
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        newton.vStar[i] = problem.bodies[i].v;
     }
     NewtonOptions options;
     options.regularisation = 1e-4;
@@ -259,37 +259,37 @@ NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, doub
     options.tolerance = 1e-10;
     options.deSaxceTolerance = 1e-9;
     options.maxIterations = 1000;
-    const NewtonReport report = newton.solve(island, options);
+    const NewtonReport report = newton.solve(problem, options);
     EXPECT_TRUE(report.converged) << "seed " << seed;
 
     NewtonErrors errors;
-    const std::vector<Vec6<double>> expected = denseReference(island, bias, mu);
+    const std::vector<Vec6<double>> expected = denseReference(problem, bias, mu);
     std::vector<Vec6<double>> pushed;
     for (std::size_t i = 0; i < expected.size(); ++i) {
-        errors.twist = std::max(errors.twist, (newton.problem.v[i] - expected[i]).norm());
-        pushed.push_back(island.bodies[i].v);
+        errors.twist = std::max(errors.twist, (newton.system.v[i] - expected[i]).norm());
+        pushed.push_back(problem.bodies[i].v);
     }
     // Coulomb's law as De Saxce's complementarity: p is nearest in the cone to p - rho (u_n + mu |u_t|, u_t).
-    for (const RowBlock<double>& block : island.blocks) {
+    for (const RowBlock<double>& block : problem.blocks) {
         Vec3d p;
         Vec3d u;
         double delassus = 0;
         for (int r = 0; r < 3; ++r) {
             const std::size_t i = static_cast<std::size_t>(block.first + r);
-            const Row<double>& row = island.rows[i];
-            p(r) = newton.problem.p[i];
-            u(r) = newton.problem.rowVelocity(row, block) + bias[i];
-            delassus = std::max(delassus, island.delassus(row, block));
+            const Row<double>& row = problem.rows[i];
+            p(r) = newton.system.p[i];
+            u(r) = newton.system.rowVelocity(row, block) + bias[i];
+            delassus = std::max(delassus, problem.delassus(row, block));
             pushed[static_cast<std::size_t>(block.a)] +=
-                island.bodies[static_cast<std::size_t>(block.a)].applyInverseMass(row.a * p(r));
+                problem.bodies[static_cast<std::size_t>(block.a)].applyInverseMass(row.a * p(r));
             pushed[static_cast<std::size_t>(block.b)] +=
-                island.bodies[static_cast<std::size_t>(block.b)].applyInverseMass(row.b * p(r));
+                problem.bodies[static_cast<std::size_t>(block.b)].applyInverseMass(row.b * p(r));
         }
         u.x() += mu * std::hypot(u.y(), u.z());
         errors.coulomb = std::max(errors.coulomb, delassus * (p - nearestOnCone(p - u / delassus, mu)).norm());
     }
     for (std::size_t i = 0; i < pushed.size(); ++i) {
-        EXPECT_LE((pushed[i] - newton.problem.v[i]).norm(), 1e-12) << "v = v* + M^-1 J^T p";
+        EXPECT_LE((pushed[i] - newton.system.v[i]).norm(), 1e-12) << "v = v* + M^-1 J^T p";
     }
     return errors;
 }

@@ -1,0 +1,57 @@
+#pragma once
+// Between the world and the flat problem of an island: the one place that reads bodies, joints and contacts for
+// solvers, and writes their answers back. Islands share no body that moves, no joint and no pair, so that each may be
+// gathered, solved and handed back in a thread of its own.
+#include "engine/islands/islands.hpp"
+#include "engine/problem/problem.hpp"
+
+namespace cairn {
+
+// What moves the bodies of a world beside their constraints.
+template <class S>
+struct MotionSettings {
+    Vec3<S> gravity = Vec3<S>::Zero();  // m/s2
+    GyroscopicRule gyroscopic = GyroscopicRule::Midpoint;
+    bool gyroscopicInertia = false;
+};
+
+// What problems are gathered from.
+template <class S>
+struct WorldTables {
+    BodyTable<S>& bodies;
+    JointTable<S>& joints;
+    ContactTable<S>& contacts;
+    Islands<S>& islands;
+    MotionSettings<S> motion;
+};
+
+template <class S>
+class Gatherer {
+public:
+    Gatherer(const WorldTables<S>& world, const Island& island, Problem<S>& problem)
+        : world_(world), island_(island), problem_(problem) {}
+
+    // Fills the problem with the island as it stands; impulses of the step are none yet.
+    void gather();
+    // Looks for contacts anew, in the world's table, at the problem's present poses; points that are still there keep
+    // their forces. gatherContacts() takes them over.
+    void detect(const SpeculativeBounds& speculative, NarrowCounts& counts);
+    void gatherContacts();
+    // Gives joints, locks and contact points of the world what they carry after the step.
+    void handBack();
+
+private:
+    // The place of a body in the problem; a fixed one is added when it is first met.
+    int placeOf(std::uint32_t body);
+    void fillContacts();
+    void handContactsBack();
+    // visit(manifold, contact) for the contacts of the problem.
+    template <class Visit>
+    void forEachManifold(const Visit& visit);
+
+    const WorldTables<S>& world_;
+    const Island& island_;
+    Problem<S>& problem_;
+};
+
+}  // namespace cairn

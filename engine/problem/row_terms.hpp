@@ -1,0 +1,65 @@
+#pragma once
+// What a velocity-level solver needs of each row: with impulse p = h lambda the row asks
+//     J v + bias + softness p = 0   within the bounds of p.
+#include "engine/problem/problem.hpp"
+
+namespace cairn {
+
+template <class S>
+struct RowTerms {
+    S delassus = 0;  // J M^-1 J^T
+    S bias = 0;      // m/s or rad/s
+    S softness = 0;  // 1/(N s^2 / m): compliance of the row against impulses
+    S lo = 0;        // N s or N m s
+    S hi = 0;
+};
+
+// The terms of a soft or a velocity row; `hard` says that the row is neither, and left to the solver's own way with
+// errors. Spring and damper implicitly: lambda = -k (C + h u) - c u, with k = 1 / compliance.
+template <class S>
+RowTerms<S> rowTerms(const Row<S>& row, S delassus, S h, bool& hard) {
+    RowTerms<S> t;
+    t.delassus = delassus;
+    t.lo = row.lo * h;
+    t.hi = row.hi * h;
+    hard = false;
+    if (row.isVelocity) {
+        t.bias = -row.velocity;
+    } else if (row.isSoft()) {
+        const S stiffness = S(1) / row.compliance;
+        const S effectiveDamping = stiffness * h + row.damping;
+        t.bias = stiffness * row.C / effectiveDamping;
+        t.softness = S(1) / (h * effectiveDamping);
+    } else {
+        hard = true;
+    }
+    return t;
+}
+
+// The bias, m/s or rad/s, of a hard row with the error C: what is open may close, what is violated is corrected no
+// faster than `gentle`.
+template <class S>
+S hardBias(S C, S lo, S gentle, S h) {
+    return lo == S(0) && C > S(0) ? C / h : std::clamp(C / h, -gentle, gentle);
+}
+
+// The friction coefficient of a contact in this sub-step: static while it sticks at the start, dynamic while it slides.
+// slideSpeed, m/s: what counts as sliding; little enough to be unseen, more than any solver leaves of a sticking
+// contact.
+template <class S>
+S frictionCoefficient(const Problem<S>& problem, const RowBlock<S>& block) {
+    constexpr S slideSpeed = S(1e-2);
+    if (block.count < 3 || block.staticFriction == block.friction) {
+        return block.friction;
+    }
+    S squared = 0;
+    for (int t = 1; t < 3; ++t) {
+        const Row<S>& row = problem.rows[static_cast<std::size_t>(block.first + t)];
+        const S u = row.a.dot(problem.bodies[static_cast<std::size_t>(block.a)].vBefore) +
+                    row.b.dot(problem.bodies[static_cast<std::size_t>(block.b)].vBefore);
+        squared += u * u;
+    }
+    return squared > slideSpeed * slideSpeed ? block.friction : block.staticFriction;
+}
+
+}  // namespace cairn

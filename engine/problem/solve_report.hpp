@@ -1,0 +1,42 @@
+#pragma once
+// What solvers are told beside the problem, and what they say of it.
+#include <cairn/defs.hpp>
+
+namespace cairn {
+
+// Numbers of the world that solvers use.
+struct SolverSettings {
+    SolverDef def;
+    double restitutionSpeed = 0;
+    double maxPushOutSpeed = 0;
+};
+
+// m, of a fall that counts as energy in play beside what already moves.
+constexpr double fallInPlay = 0.1;
+
+// Visits of a row that a multiply-add of 6x6 blocks counts as: 216 multiply-adds against a row's 24.
+constexpr double visitsOfProduct = 9;
+
+// What a solver says of one sub-step; summed over sub-steps and islands.
+struct SolveReport {
+    int directSolves = 0;
+    int sweptSolves = 0;
+    int newtonIterations = 0;
+    int factorisations = 0;
+    int rows = 0;
+    double work = 0;         // RowSystem::work()
+    bool truncated = false;  // SubstepLimits::maxWork left something undone
+    bool unconverged = false;
+    // Refused: shorter sub-steps are needed. Nothing has changed but the bodies, which must be put back.
+    bool tooLong = false;
+    bool newtonFailed = false;    // direct: the contact problem was not solved within the cap of iterations
+    double residual = 0;          // m/s, worst row of the natural map, where computed
+    double energyGained = 0;      // J
+    double energyInPlay = 0;      // J, against which that is judged
+    double momentumDefect = 0;    // N s
+    double residualMomentum = 0;  // sqrt(J), of the worst sub-step
+
+    SolveReport& operator+=(const SolveReport& o);
+};
+
+}  // namespace cairn

@@ -1,0 +1,56 @@
+#pragma once
+// What is decided of an island's step before it is solved, what the decision goes by, and the bounds of a sub-step.
+#include <cairn/report.hpp>
+
+#include <limits>
+
+namespace cairn {
+
+// What the controller (step_controller.hpp) keeps of an island from step to step.
+struct ControllerState {
+    int halvings = 0;          // of the sub-step, because one was refused
+    int backoff = 0;           // auto: steps that sweeps take over for when `direct` fails next
+    int sweepSteps = 0;        // auto: of those, still to come
+    double directWork = 0;     // auto: what `direct` took lately, or would have; less from step to step
+    int subdivisionLevel = 0;  // of time, because the error asked for needed it
+    int calmSteps = 0;         // in which one level less would have done
+    int slowSteps = 0;         // since the last try to settle it, in which it was slow enough for one
+    int settleAfter = 8;       // such steps; twice as many after each try
+    double position = 0;       // m, IslandError::position of the last step
+    double work = 0;           // SolveReport::work of the last step
+
+    // Whether it erred so little in the last step that a higher quality level would gain nothing: it is solved without
+    // subdivision where no tolerance is asked.
+    bool isCalm() const {
+        constexpr double goodEnough = 1e-5;  // m
+        return position < goodEnough;
+    }
+};
+
+struct StepPlan {
+    int substeps = 1;
+    PlanReason reason = PlanReason::Asked;
+    bool activeSetChanging = false;  // auto: its contacts are expected to open and shut
+    // auto: an unsolved contact problem is worth shorter sub-steps. Sweeps leave joints open by millimetres.
+    bool mayHalveOnFailure = true;
+    int iterationCap = 0;  // the most Newton iterations that the bound on work pays for; 0: no cap but the solver's own
+    bool settles =
+        false;  // all its bodies are taken to be at rest, and the forces that hold them solved to the last digits
+
+    // auto: this step belongs to sweeps.
+    bool sweeps() const {
+        return reason == PlanReason::TooLarge || reason == PlanReason::TooDear || reason == PlanReason::BackingOff;
+    }
+    // auto: what is not solved exactly begins anew with sweeps.
+    bool mayRestart() const { return reason == PlanReason::Exact; }
+};
+
+struct SubstepLimits {
+    bool isLast = false;     // sub-step of its step
+    bool mayRefuse = false;  // shorter sub-steps are there to be asked for
+    // Of the step, as SolveReport::work counts it; while a solver advances it, of the sub-step. What does not fit in is
+    // left undone, but for the least that gives an answer.
+    double maxWork = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace cairn

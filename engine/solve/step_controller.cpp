@@ -1,0 +1,221 @@
+#include "engine/solve/step_controller.hpp"
+#include "engine/solve/checkpoint.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// A sub-step that is too long for the motion is halved, at most so often, while most of the work that is allowed is
+// still ahead; what was needed is remembered, and one halving fewer tried in the next step.
+constexpr int maxHalvings = 5;
+constexpr double shareToRefuse = 0.25;
+// Most subdivisions are alike; the one in which something lands takes several times its share, and is worth that: fewer
+// subdivisions come after it.
+constexpr double maxShareOfOne = 0.5;
+constexpr int calmSteps = 8;
+// Half as many subdivisions err two to eight times as much; a share that spares most vain tries.
+constexpr double calmShare = 0.2;
+// Of the work that `direct` took, what is still expected a step later; and by how much more is guessed of one that was
+// truncated.
+constexpr double forgetting = 0.9;
+constexpr double leftUndone = 2;
+constexpr int longestBackoff = 16;
+
+}  // namespace
+
+template <class S>
+StepPlan StepController<S>::plan(S dt) {
+    state_.directWork *= forgetting;
+    StepPlan plan = solver_.plan(problem_, state_, dt);
+    plan.settles = settles_;
+    state_.sweepSteps = std::max(0, state_.sweepSteps - 1);
+    return plan;
+}
+
+template <class S>
+bool StepController<S>::learn(const SolveReport& report) {
+    const StepPlan& plan = problem_.plan;
+    if (!plan.mayRestart()) {
+        return true;
+    }
+    state_.directWork = std::max(state_.directWork, (report.truncated ? leftUndone : 1) * report.work);
+    if (!report.tooLong) {
+        state_.backoff /= 2;
+        return true;
+    }
+    if (problem_.limits.mayRefuse && (!report.newtonFailed || plan.mayHalveOnFailure)) {
+        return true;
+    }
+    state_.backoff = std::clamp(2 * state_.backoff, 1, longestBackoff);
+    state_.sweepSteps = state_.backoff;
+    return false;
+}
+
+template <class S>
+S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
+    SubstepLimits& limits = problem_.limits;
+    limits.maxWork = maxWork;
+    problem_.atStep = problem_.bodies;
+    problem_.beginImpulses();
+    int& halvings = state_.halvings;
+    halvings = std::max(0, halvings - 1);
+    problem_.plan = plan(dt);
+    int left = problem_.plan.substeps << halvings;
+    S h = dt / static_cast<S>(left);
+    SolveReport sum;
+    Balance<S> balance(problem_, solver_.balances());
+    bool isFirst = true;
+    int taken = 0;
+    while (left > 0) {
+        if (!isFirst) {
+            problem_.atSubstep = problem_.bodies;
+        }
+        limits.isLast = left == 1;
+        limits.mayRefuse = halvings < maxHalvings && sum.work <= shareToRefuse * maxWork;
+        limits.maxWork = (maxWork - sum.work) / left;
+        SolveReport one = solver_.advance(problem_, h);
+        const bool goesOn = learn(one);
+        if (!one.tooLong) {
+            balance.close(problem_, h, one);
+            isFirst = false;
+            sum += one;
+            --left;
+            ++taken;
+            continue;
+        }
+        SolveReport cost;
+        cost.newtonIterations = (goesOn ? 0 : sum.newtonIterations) + one.newtonIterations;
+        cost.factorisations = (goesOn ? 0 : sum.factorisations) + one.factorisations;
+        cost.work = (goesOn ? 0 : sum.work) + one.work;
+        if (goesOn) {
+            problem_.bodies = isFirst ? problem_.atStep : problem_.atSubstep;
+            sum += cost;
+            ++halvings;
+            ++solution.halvings;
+            left *= 2;
+            h *= S(0.5);
+        } else {
+            problem_.bodies = problem_.atStep;
+            problem_.beginImpulses();
+            balance = Balance<S>(problem_, solver_.balances());
+            isFirst = true;
+            sum = cost;
+            halvings = 0;
+            taken = 0;
+            ++solution.restarts;
+            limits.maxWork = maxWork - sum.work;
+            problem_.plan = plan(dt);
+            left = problem_.plan.substeps;
+            h = dt / static_cast<S>(left);
+        }
+    }
+    problem_.handImpulsesOn();
+    solution.report += sum;
+    solution.substeps += taken;
+    solution.reason = problem_.plan.reason;
+    return h;
+}
+
+template <class S>
+void StepController<S>::solveSubdivided(S dt, int subdivisions, Solution& solution) {
+    S subdivisionDt = dt / static_cast<S>(subdivisions);
+    // Of an attempt before this one only its cost counts.
+    const SolveReport spent = solution.report;
+    const double allowed = maxWork_ - spent.work;
+    solution.report = {};
+    solution.substeps = 0;
+    solution.subdivisions = 0;
+    S h = subdivisionDt;
+    for (int left = subdivisions; left > 0;) {
+        if (solution.subdivisions > 0) {
+            gatherer_.detect(bounds(subdivisionDt), solution.narrow);
+            gatherer_.gatherContacts();
+        }
+        const double before = solution.report.work;
+        h = subdivision(subdivisionDt, std::max(maxShareOfOne, 1.0 / left) * (allowed - before), solution);
+        ++solution.subdivisions;
+        --left;
+        const double affordable = (allowed - solution.report.work) / (solution.report.work - before);
+        if (left > 0 && affordable < left) {
+            const int fewer = std::max(1, static_cast<int>(affordable));
+            subdivisionDt *= static_cast<S>(left) / static_cast<S>(fewer);
+            left = fewer;
+            solution.report.truncated = true;
+        }
+    }
+    solution.report.newtonIterations += spent.newtonIterations;
+    solution.report.factorisations += spent.factorisations;
+    solution.report.work += spent.work;
+    solution.error = measureIsland(problem_, h, dt, request_.accuracy);
+}
+
+template <class S>
+bool StepController<S>::isAsked() const {
+    return request_.accuracy.position > 0 || request_.accuracy.velocity > 0 ||
+           std::any_of(problem_.bodies.begin(), problem_.bodies.end(),
+                       [](const SolverBody<S>& body) { return body.tolerance > 0; });
+}
+
+template <class S>
+void StepController<S>::lookAgain(S dt, Solution& solution) {
+    gatherer_.detect(bounds(dt), solution.narrow);
+    for (const std::uint32_t p : island_.pairs) {
+        PairContacts<S>& pair = world_.contacts.pairs()[p];
+        const double bodyA = world_.bodies[pair.pair.a].def.tolerance;
+        const double bodyB = world_.bodies[pair.pair.b].def.tolerance;
+        measurePenetration(pair, toleranceOf(request_.accuracy, bodyA, bodyB), solution.error);
+    }
+    gatherer_.gatherContacts();
+}
+
+template <class S>
+void StepController<S>::calmDown(double over) {
+    state_.calmSteps = over < calmShare ? state_.calmSteps + 1 : 0;
+    if (state_.calmSteps >= calmSteps && state_.subdivisionLevel > 0) {
+        --state_.subdivisionLevel;
+        state_.calmSteps = 0;
+    }
+}
+
+template <class S>
+Solution StepController<S>::step(S dt) {
+    gatherer_.gather();
+    if (settles_) {
+        for (SolverBody<S>& body : problem_.bodies) {
+            body.v.setZero();
+            body.vBefore.setZero();
+        }
+    }
+    Solution solution;
+    if (!isAsked()) {
+        solveSubdivided(dt, state_.isCalm() ? 1 : request_.subdivisions, solution);
+        gatherer_.handBack();
+        return solution;
+    }
+    const StepCheckpoint<S> start(world_, island_, problem_, state_);
+    int level = state_.subdivisionLevel;
+    for (;;) {
+        const double before = solution.report.work;
+        solveSubdivided(dt, 1 << level, solution);
+        lookAgain(dt, solution);
+        const double ahead = 2 * (solution.report.work - before);
+        const bool reached = !(solution.error.over > 1);
+        if (reached || 2 << level > request_.accuracy.maxSubdivisions || solution.report.work + ahead > maxWork_) {
+            break;
+        }
+        start.restore(world_, island_, problem_, state_);
+        ++level;
+        ++solution.solves;
+        state_.subdivisionLevel = level;
+        state_.calmSteps = 0;
+    }
+    gatherer_.handBack();
+    calmDown(solution.error.over);
+    return solution;
+}
+
+template class StepController<float>;
+template class StepController<double>;
+
+}  // namespace cairn

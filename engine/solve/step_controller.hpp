@@ -1,0 +1,83 @@
+#pragma once
+// One island through one step: the one place that decides on sub-steps, their halving, beginning anew, subdivisions of
+// time and the work that each may take. Solvers propose (Solver::plan()) and may refuse a sub-step; what is kept from
+// step to step is in ControllerState, which a checkpoint puts back whole. No clock has a say.
+//
+// A subdivision is a step of its own: contacts are found anew at its start. That is what takes penetration out of
+// falling heaps, where sub-steps over the contacts of the start do not (docs/accuracy.md); and since all solvers here
+// err by h^2 or better, it is what brings sweeps down where they have to be used.
+#include "engine/measure/balance.hpp"
+#include "engine/measure/step_error.hpp"
+#include "engine/problem/gather.hpp"
+#include "engine/solve/solver.hpp"
+
+namespace cairn {
+
+struct Solution {
+    SolveReport report;
+    IslandError error;
+    NarrowCounts narrow;  // of contacts found within the step
+    PlanReason reason = PlanReason::Asked;
+    int substeps = 0;
+    int halvings = 0;
+    int restarts = 0;
+    int subdivisions = 1;
+    int solves = 1;
+};
+
+struct SolveRequest {
+    AccuracyDef accuracy;
+    double contactMargin = 0;          // m
+    double manifoldReuseDistance = 0;  // m
+    int subdivisions = 1;              // where no tolerance is asked: of islands whose error is worth it
+};
+
+template <class S>
+class StepController {
+public:
+    // settles: as StepPlan. maxWork: that all solutions together may count, as SolveReport::work.
+    StepController(const WorldTables<S>& world, const Island& island, Problem<S>& problem, ControllerState& state,
+                   Solver<S>& solver, const SolveRequest& request, bool settles, double maxWork)
+        : world_(world),
+          island_(island),
+          problem_(problem),
+          state_(state),
+          solver_(solver),
+          request_(request),
+          settles_(settles),
+          maxWork_(maxWork),
+          gatherer_(world, island, problem) {}
+
+    // Gathers the island, moves it by dt, and hands back what joints and contacts carry; the bodies' new places are
+    // left in the problem. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance
+    // is answered by doing the step again with twice as many subdivisions. The island remembers how many it needed;
+    // after some calm steps it tries half as many. A body's own tolerance is asked of its island.
+    Solution step(S dt);
+
+private:
+    void solveSubdivided(S dt, int subdivisions, Solution& solution);
+    // One subdivision; gives the length of its last sub-step.
+    S subdivision(S dt, double maxWork, Solution& solution);
+    StepPlan plan(S dt);
+    // What an attempt of an exact solution teaches, and whether the refused one is worth shorter sub-steps.
+    bool learn(const SolveReport& report);
+    bool isAsked() const;
+    // Contacts where the step has led, which the world then keeps for the next one.
+    void lookAgain(S dt, Solution& solution);
+    void calmDown(double over);
+    SpeculativeBounds bounds(S dt) const {
+        return {request_.contactMargin, static_cast<double>(dt), request_.manifoldReuseDistance};
+    }
+
+    const WorldTables<S>& world_;
+    const Island& island_;
+    Problem<S>& problem_;
+    ControllerState& state_;
+    Solver<S>& solver_;
+    const SolveRequest& request_;
+    bool settles_;
+    double maxWork_;
+    Gatherer<S> gatherer_;
+};
+
+}  // namespace cairn

@@ -1,0 +1,91 @@
+// A step in a steady state asks for no memory. Counted are calls of operator new; bench/core counts those of malloc.
+#include "tests/engine/engine_kit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <new>
+
+namespace {
+
+std::atomic<long> allocations = 0;
+
+void* allocate(std::size_t size, std::size_t alignment) {
+    allocations.fetch_add(1, std::memory_order_relaxed);
+    void* const room = alignment <= alignof(std::max_align_t)
+                           ? std::malloc(size)
+                           : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+    if (room == nullptr) {
+        throw std::bad_alloc();
+    }
+    return room;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+    return allocate(size, 0);
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+    return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* room) noexcept {
+    std::free(room);
+}
+void operator delete(void* room, std::size_t) noexcept {
+    std::free(room);
+}
+void operator delete(void* room, std::align_val_t) noexcept {
+    std::free(room);
+}
+void operator delete(void* room, std::size_t, std::align_val_t) noexcept {
+    std::free(room);
+}
+
+namespace cairn {
+namespace {
+
+// Calls of operator new in the last of some steps.
+long allocationsOf(Worldd& world, int steps) {
+    for (int k = 0; k < steps; ++k) {
+        world.step(1.0 / 60);
+    }
+    const long before = allocations;
+    world.step(1.0 / 60);
+    return allocations - before;
+}
+
+TEST(Allocations, AGridThatRestsAsksForNone) {
+    Worldd world({.sleep = {.enabled = false}});
+    addFloor(world);
+    for (int i = 0; i < 400; ++i) {
+        addBox(world, Vec3d(2 * (i % 20), 0.5, 2 * (i / 20)));
+    }
+    EXPECT_EQ(allocationsOf(world, 60), 0);
+    EXPECT_EQ(world.report().counts.settledIslands, 400);
+}
+
+TEST(Allocations, APyramidThatRestsAsksForNone) {
+    Worldd world({.sleep = {.enabled = false}});
+    addFloor(world);
+    for (int row = 0; row < 8; ++row) {
+        for (int i = 0; i < 8 - row; ++i) {
+            addBox(world, Vec3d((i + 0.5 * row) * 1.1, 0.5 + row, 0));
+        }
+    }
+    EXPECT_EQ(allocationsOf(world, 120), 0);
+    EXPECT_EQ(world.report().counts.settledIslands, 1);
+}
+
+TEST(Allocations, ASolvedStepOfBoxesUnderSweepsAsksForNone) {
+    Worldd world({.solver = {.name = "gauss_seidel"}, .sleep = {.enabled = false}});
+    addFloor(world);
+    for (int i = 0; i < 5; ++i) {
+        addBox(world, Vec3d(0, 0.5 + i, 0));
+    }
+    EXPECT_EQ(allocationsOf(world, 120), 0);
+    EXPECT_EQ(world.report().counts.settledIslands, 0);
+}
+
+}  // namespace
+}  // namespace cairn
