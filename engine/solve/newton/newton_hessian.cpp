@@ -1,0 +1,261 @@
+// The Hessian H = M + J^T W J of newton.hpp: its pattern, its weights, its factor or its products, and the step that it
+// gives.
+#include "engine/solve/newton/cone.hpp"
+#include "engine/solve/newton/newton.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+
+template <class S>
+void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSolver) {
+    factored_ = factored_ && linearSolver == linearSolver_;
+    linearSolver_ = linearSolver;
+    node_.assign(problem.bodies.size(), -1);
+    bodyOfNode_.clear();
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        if (!problem.bodies[i].fixed) {
+            node_[i] = static_cast<int>(bodyOfNode_.size());
+            bodyOfNode_.push_back(static_cast<int>(i));
+        }
+    }
+    std::vector<std::pair<typename BlockCholesky<S>::Edge, std::size_t>> wanted;
+    edgesOfBlock_.assign(problem.blocks.size(), {});
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        forEachEdge(problem.blocks[k], [&](std::size_t pair, int a, int b) {
+            wanted.push_back({{std::min(a, b), std::max(a, b)}, 6 * k + pair});
+        });
+    }
+    std::sort(wanted.begin(), wanted.end());
+    std::vector<typename BlockCholesky<S>::Edge> edges;
+    for (const auto& [edge, place] : wanted) {
+        if (edges.empty() || edges.back() != edge) {
+            edges.push_back(edge);
+        }
+        edgesOfBlock_[place / 6][place % 6] = edges.size() - 1;
+    }
+    if (linearSolver_ == LinearSolver::Factor) {
+        factor_.analyse(static_cast<int>(bodyOfNode_.size()), edges);
+    }
+    productWork_ = static_cast<double>(bodyOfNode_.size() + edges.size());
+    system.terms.resize(problem.rows.size());
+    system.friction.resize(problem.blocks.size());
+    system.p.resize(problem.rows.size());
+    vStar.resize(problem.bodies.size());
+    system.v.resize(problem.bodies.size());
+    factored_ = factored_ && factorHolds(problem);
+}
+
+template <class S>
+bool ContactNewton<S>::factorHolds(const Problem<S>& problem) const {
+    if (problem.bodies.size() != factoredPoses_.size() || problem.blocks.size() != factoredBlocks_.size() ||
+        problem.rows.size() != weight_.size()) {
+        return false;
+    }
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
+        if (factoredBlocks_[k] != std::array<int, 3>{block.a, block.b, block.first}) {
+            return false;
+        }
+    }
+    const S still = static_cast<S>(reusableMotion);
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        const Pose<S>& pose = problem.bodies[i].pose;
+        const Pose<S>& old = factoredPoses_[i];
+        if ((pose.position - old.position).cwiseAbs().maxCoeff() > still ||
+            (pose.rotation.coeffs() - old.rotation.coeffs()).cwiseAbs().maxCoeff() > still) {
+            return false;
+        }
+    }
+    return true;
+}
+
+template <class S>
+bool ContactNewton<S>::weigh(const Problem<S>& problem, const std::vector<S>& y) {
+    const S tight = static_cast<S>(sameWeight);
+    bool same = factored_;
+    weight_.resize(y.size(), S(0));
+    coneWeight_.resize(problem.blocks.size(), Mat3<S>::Zero());
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
+        const std::size_t first = at(block.first);
+        if (isCone(problem, k)) {
+            const Mat3<S> w =
+                coneDerivative(Vec3<S>(y[first], y[first + 1], y[first + 2]), system.friction[k]) / delta_[first];
+            same = same && (w - coneWeight_[k]).cwiseAbs().maxCoeff() <= tight * w.cwiseAbs().maxCoeff();
+            coneWeight_[k] = w;
+            continue;
+        }
+        for (std::size_t i = first; i < first + at(block.count); ++i) {
+            const RowTerms<S>& t = system.terms[i];
+            const S w = y[i] > t.lo && y[i] < t.hi && t.delassus > S(0) ? S(1) / (delta_[i] + t.softness) : S(0);
+            same = same && std::abs(w - weight_[i]) <= tight * w;
+            weight_[i] = w;
+        }
+    }
+    return same;
+}
+
+template <class S>
+bool ContactNewton<S>::factorise(const Problem<S>& problem, const std::vector<S>& y, NewtonReport& report) {
+    if (weigh(problem, y)) {
+        return true;
+    }
+    assemble(problem);
+    ++report.factorisations;
+    system.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;
+    factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor() : diagonal_.invert();
+    factoredPoses_.clear();
+    for (const SolverBody<S>& body : problem.bodies) {
+        factoredPoses_.push_back(body.pose);
+    }
+    factoredBlocks_.clear();
+    for (const RowBlock<S>& block : problem.blocks) {
+        factoredBlocks_.push_back({block.a, block.b, block.first});
+    }
+    return factored_;
+}
+
+template <class S>
+void ContactNewton<S>::assemble(const Problem<S>& problem) {
+    const bool whole = linearSolver_ == LinearSolver::Factor;
+    if (whole) {
+        factor_.setZero();
+    } else {
+        diagonal_.setZero(bodyOfNode_.size());
+    }
+    const auto addDiagonal = [&](int node, const Mat6<S>& value) {
+        if (whole) {
+            factor_.addDiagonal(node, value);
+        } else {
+            diagonal_.addDiagonal(node, value);
+        }
+    };
+    for (std::size_t n = 0; n < bodyOfNode_.size(); ++n) {
+        const SolverBody<S>& body = problem.bodies[at(bodyOfNode_[n])];
+        Mat6<S> mass = Mat6<S>::Zero();
+        mass.template topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
+        if (body.particle) {
+            mass.template bottomRightCorner<3, 3>().diagonal().setConstant(
+                body.mass);  // of no effect: it does not turn
+        } else {
+            mass.template bottomRightCorner<3, 3>() = body.inertia;
+        }
+        addDiagonal(static_cast<int>(n), mass);
+    }
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
+        std::array<Mat6<S>, 4> diagonal;
+        std::array<Mat6<S>, 6> off;
+        diagonal.fill(Mat6<S>::Zero());
+        off.fill(Mat6<S>::Zero());
+        bool any = false;
+        // `weighted(k)`: the row's gradients for body k, weighted.
+        const auto add = [&](const auto& weighted, const Row<S>& row) {
+            any = true;
+            for (int m = 0; m < block.bodyCount(); ++m) {
+                const Vec6<S> left = weighted(m);
+                diagonal[at(m)].noalias() += left * bodyGradient(row, block, m).transpose();
+                for (int l = 0; whole && l < m; ++l) {
+                    off[pairOf(l, m)].noalias() += bodyGradient(row, block, l) * left.transpose();
+                }
+            }
+        };
+        if (isCone(problem, k)) {
+            const Mat3<S>& w = coneWeight_[k];
+            const Row<S>* row = &problem.rows[at(block.first)];
+            for (int r = 0; r < 3 && w.trace() > S(0); ++r) {
+                add(
+                    [&](int m) -> Vec6<S> {
+                        return m == 0 ? w(r, 0) * row[0].a + w(r, 1) * row[1].a + w(r, 2) * row[2].a
+                                      : w(r, 0) * row[0].b + w(r, 1) * row[1].b + w(r, 2) * row[2].b;
+                    },
+                    row[r]);
+            }
+        } else {
+            for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
+                if (weight_[i] > S(0)) {
+                    const Row<S>& row = problem.rows[i];
+                    add([&](int m) -> Vec6<S> { return weight_[i] * bodyGradient(row, block, m); }, row);
+                }
+            }
+        }
+        if (!any) {
+            continue;
+        }
+        for (int m = 0; m < block.bodyCount(); ++m) {
+            if (const int n = node_[at(block.body(m))]; n >= 0) {
+                addDiagonal(n, diagonal[at(m)]);
+            }
+        }
+        if (!whole) {
+            continue;
+        }
+        forEachEdge(block, [&](std::size_t pair, int a, int b) {
+            factor_.addEdge(edgesOfBlock_[k][pair], a > b ? Mat6<S>(off[pair].transpose()) : off[pair]);
+        });
+    }
+}
+
+template <class S>
+void ContactNewton<S>::product(const Problem<S>& problem, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y) {
+    wide_.assign(problem.bodies.size(), Vec6<S>::Zero());
+    for (std::size_t n = 0; n < x.size(); ++n) {
+        const std::size_t body = at(bodyOfNode_[n]);
+        wide_[body] = x[n];
+        y[n] = problem.bodies[body].applyMass(x[n]);
+    }
+    system.visits += problem.rows.size();
+    const auto twist = [&](int k) -> const Vec6<S>& { return wide_[at(k)]; };
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const RowBlock<S>& block = problem.blocks[k];
+        const std::size_t first = at(block.first);
+        const auto push = [&](std::size_t row, S impulse) {
+            for (int m = 0; m < block.bodyCount(); ++m) {
+                if (const int n = node_[at(block.body(m))]; n >= 0) {
+                    y[at(n)] += bodyGradient(problem.rows[row], block, m) * impulse;
+                }
+            }
+        };
+        if (isCone(problem, k)) {
+            const Mat3<S>& w = coneWeight_[k];
+            if (w.trace() > S(0)) {
+                Vec3<S> u;
+                for (int r = 0; r < 3; ++r) {
+                    u(r) = rowDot(problem.rows[first + at(r)], block, twist);
+                }
+                const Vec3<S> impulse = w * u;
+                for (int r = 0; r < 3; ++r) {
+                    push(first + at(r), impulse(r));
+                }
+            }
+            continue;
+        }
+        for (std::size_t i = first; i < first + at(block.count); ++i) {
+            if (weight_[i] > S(0)) {
+                push(i, weight_[i] * rowDot(problem.rows[i], block, twist));
+            }
+        }
+    }
+}
+
+template <class S>
+void ContactNewton<S>::newtonStep(const Problem<S>& problem, std::vector<Vec6<S>>& g, NewtonReport& report) {
+    for (Vec6<S>& block : g) {
+        block = -block;
+    }
+    ++report.iterations;
+    if (linearSolver_ == LinearSolver::Factor) {
+        factor_.solve(g);
+        // Two substitutions, each a product of every block with a sixth of one.
+        system.blockProducts += static_cast<double>(2 * factor_.blocks()) / 6;
+        return;
+    }
+    report.products += conjugateGradients<S>([&](const auto& x, auto& y) { product(problem, x, y); }, diagonal_,
+                                             static_cast<S>(stepShare), maxProducts, g);
+}
+
+template class ContactNewton<float>;
+template class ContactNewton<double>;
+
+}  // namespace cairn
