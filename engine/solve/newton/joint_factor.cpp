@@ -1,7 +1,6 @@
 #include "engine/solve/newton/joint_factor.hpp"
 
 #include <map>
-#include <set>
 
 namespace cairn {
 namespace {
@@ -57,6 +56,36 @@ bool invert(double* m, std::size_t size) {
     return true;
 }
 
+std::vector<std::vector<int>> jointsOfBodies(const JointFactor::Graph& graph, std::size_t bodies) {
+    std::vector<std::vector<int>> jointsOf(bodies);
+    for (std::size_t k = 0; k < graph.size(); ++k) {
+        for (const int body : graph[k]) {
+            if (body >= 0) {
+                jointsOf[static_cast<std::size_t>(body)].push_back(static_cast<int>(k));
+            }
+        }
+    }
+    return jointsOf;
+}
+
+// The joints that each joint shares a moving body with. False where more meet at one body than a factor pays for.
+bool connect(const std::vector<std::vector<int>>& jointsOf, std::vector<std::set<int>>& neighbours) {
+    constexpr std::size_t maxAtBody = 12;
+    for (const std::vector<int>& joints : jointsOf) {
+        if (joints.size() > maxAtBody) {
+            return false;
+        }
+        for (const int i : joints) {
+            for (const int j : joints) {
+                if (i != j) {
+                    neighbours[static_cast<std::size_t>(i)].insert(j);
+                }
+            }
+        }
+    }
+    return true;
+}
+
 }  // namespace
 
 bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, std::size_t bodies, double maxWork) {
@@ -67,37 +96,27 @@ bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, st
     counts_ = counts;
     serves_ = false;
 
+    const std::vector<std::vector<int>> jointsOf = jointsOfBodies(graph_, bodies);
+    std::vector<std::set<int>> neighbours(graph_.size());
+    std::vector<std::vector<int>> laterOf;
+    if (!connect(jointsOf, neighbours) || !chooseOrder(neighbours, maxWork, laterOf)) {
+        return false;
+    }
+    layOut(jointsOf, laterOf);
+    serves_ = true;
+    return true;
+}
+
+// Least degree first: leaves of a tree, one after the other, without fill.
+bool JointFactor::chooseOrder(std::vector<std::set<int>>& neighbours, double maxWork,
+                              std::vector<std::vector<int>>& laterOf) {
     const std::size_t n = graph_.size();
-    std::vector<std::vector<int>> jointsOf(bodies);
-    for (std::size_t k = 0; k < n; ++k) {
-        for (const int body : graph_[k]) {
-            if (body >= 0) {
-                jointsOf[at(body)].push_back(static_cast<int>(k));
-            }
-        }
-    }
-    constexpr std::size_t maxAtBody = 12;
-    std::vector<std::set<int>> neighbours(n);
-    for (const std::vector<int>& joints : jointsOf) {
-        if (joints.size() > maxAtBody) {
-            return false;
-        }
-        for (const int i : joints) {
-            for (const int j : joints) {
-                if (i != j) {
-                    neighbours[at(i)].insert(j);
-                }
-            }
-        }
-    }
-    // Least degree first: leaves of a tree, one after the other, without fill.
     std::set<std::pair<std::size_t, int>> queue;
     for (std::size_t k = 0; k < n; ++k) {
         queue.insert({neighbours[k].size(), static_cast<int>(k)});
     }
     order_.clear();
     placeOf_.assign(n, -1);
-    std::vector<std::vector<int>> laterOf;
     work_ = 0;
     while (!queue.empty()) {
         const int k = queue.begin()->second;
@@ -124,6 +143,11 @@ bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, st
         }
         laterOf.push_back(left);
     }
+    return true;
+}
+
+void JointFactor::layOut(const std::vector<std::vector<int>>& jointsOf, const std::vector<std::vector<int>>& laterOf) {
+    const std::size_t n = graph_.size();
     std::map<std::pair<int, int>, std::size_t> offsets;
     size_ = 0;
     const auto offsetOf = [&](int row, int column) {
@@ -160,8 +184,6 @@ bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, st
             }
         }
     }
-    serves_ = true;
-    return true;
 }
 
 void JointFactor::clear() {

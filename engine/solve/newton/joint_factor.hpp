@@ -4,6 +4,8 @@
 // with pivots within. Blocks are row-major and as large as the rows that a solve takes part of.
 #include "base/base.hpp"
 
+#include <set>
+
 namespace cairn {
 
 class JointFactor {
@@ -34,6 +36,11 @@ public:
 
 private:
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+    // The order of elimination and its work; `laterOf`: of each place, the joints eliminated later that it shares a
+    // block with, fill and all. Uses up `neighbours`. False where it would cost more than `maxWork`.
+    bool chooseOrder(std::vector<std::set<int>>& neighbours, double maxWork, std::vector<std::vector<int>>& laterOf);
+    // Where each block lies in matrix_, and what is added to it by whom.
+    void layOut(const std::vector<std::vector<int>>& jointsOf, const std::vector<std::vector<int>>& laterOf);
 
     Graph graph_;
     std::vector<int> counts_;
