@@ -79,48 +79,66 @@ template <class S>
 void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
     const bool balance = !balances_ || isFirst_ || problem.limits.isLast;
     isFirst_ = false;
-    S explained = 0;
-    S after = 0;          // J
-    S weight = 0;         // N
-    bool drives = false;  // whether a fixed body moves
-    Vec3<S> defect = Vec3<S>::Zero();
     static thread_local std::vector<Vec6<S>> room;
     room.resize(problem.bodies.size());
-    Vec6<S>* const momentumResidual = room.data();
+    Sums sums;
+    sums.momentumResidual = room.data();
+    addBodies(problem, h, sums);
+    addRows(problem, h, balance, sums);
+    // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
+    // nothing.
+    const S gained = sums.after - kineticEnergy_ - sums.explained - static_cast<S>(unseenSpeed) * h * force_;
+    report.energyGained += std::max(0.0, static_cast<double>(gained));
+    report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * sums.weight);
+    kineticEnergy_ = sums.after;
+    if (balance) {
+        storeResiduals(problem, sums, report);
+    }
+}
+
+template <class S>
+void Balance<S>::addBodies(const Problem<S>& problem, S h, Sums& out) {
+    Sums sums = out;  // a copy that nothing else points to stays in registers
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
         const SolverBody<S>& body = problem.bodies[i];
-        explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
-        weight += body.force.template head<3>().norm();
+        sums.explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
+        sums.weight += body.force.template head<3>().norm();
         if (!body.fixed && !body.offset.isZero()) {
             // An impact within the sub-step: forces did their work along the way there and the way back.
-            explained += body.force.template head<3>().dot(body.offset.template head<3>());
+            sums.explained += body.force.template head<3>().dot(body.offset.template head<3>());
         }
         if (body.fixed) {
-            drives = drives || !body.v.isZero(S(0));
+            sums.drives = sums.drives || !body.v.isZero(S(0));
             continue;
         }
         S twiceEnergy = 0;
         const Vec6<S> p = motionOf(body, twiceEnergy);
-        momentumResidual[i] = p - momentum_[i] - body.externalImpulse;
+        sums.momentumResidual[i] = p - momentum_[i] - body.externalImpulse;
         momentum_[i] = p;
-        after += S(0.5) * twiceEnergy;
+        sums.after += S(0.5) * twiceEnergy;
         // Together, what the rows gave cancels, but for what came from fixed bodies.
-        defect += momentumResidual[i].template head<3>();
+        sums.defect += sums.momentumResidual[i].template head<3>();
     }
+    out = sums;
+}
+
+template <class S>
+void Balance<S>::addRows(const Problem<S>& problem, S h, bool balance, Sums& out) {
+    Sums sums = out;
     S force = balance ? S(0) : force_;
     // Contacts add no energy, unless what moves by itself takes part.
-    const bool asksContacts = balance || drives;
+    const bool asksContacts = balance || sums.drives;
     const std::size_t blocks = asksContacts ? problem.blocks.size() : static_cast<std::size_t>(problem.jointBlocks);
     for (std::size_t n = 0; n < blocks; ++n) {
         const RowBlock<S>& block = problem.blocks[n];
-        const bool driven = drives && touchesDriven(problem, block);
+        const bool driven = sums.drives && touchesDriven(problem, block);
         const auto count = [&](int body, const Vec6<S>& given) {
             const SolverBody<S>& to = problem.bodies[static_cast<std::size_t>(body)];
             if (to.fixed) {
                 // What the fixed body takes, the others get from outside.
-                defect += given.template head<3>();
+                sums.defect += given.template head<3>();
             } else {
-                momentumResidual[body] -= given;
+                sums.momentumResidual[body] -= given;
             }
         };
         Vec6<S> onA = Vec6<S>::Zero();
@@ -136,7 +154,7 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
             force += balance ? std::abs(row.lambda) : S(0);
             const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
             if (row.isSoft() || motor || driven) {
-                explained += S(0.5) * p * workedOver(problem, row, block);
+                sums.explained += S(0.5) * p * workedOver(problem, row, block);
             }
             onA += p * row.a;
             onB += p * row.b;
@@ -153,26 +171,22 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
         }
     }
     force_ = force;
-    // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
-    // nothing.
-    const S gained = after - kineticEnergy_ - explained - static_cast<S>(unseenSpeed) * h * force;
-    report.energyGained += std::max(0.0, static_cast<double>(gained));
-    report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * weight);
-    kineticEnergy_ = after;
-    if (!balance) {
-        return;
-    }
+    out = sums;
+}
+
+template <class S>
+void Balance<S>::storeResiduals(Problem<S>& problem, const Sums& sums, SolveReport& report) {
     S squared = 0;
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
         SolverBody<S>& body = problem.bodies[i];
         if (body.fixed) {
             continue;
         }
-        const S own = momentumResidual[i].dot(body.applyInverseMass(momentumResidual[i]));
+        const S own = sums.momentumResidual[i].dot(body.applyInverseMass(sums.momentumResidual[i]));
         body.momentumResidual = std::max(body.momentumResidual, std::sqrt(own));
         squared += own;
     }
-    const double whole = static_cast<double>(defect.norm());
+    const double whole = static_cast<double>(sums.defect.norm());
     const double residual = static_cast<double>(std::sqrt(squared));
     report.momentumDefect += whole;
     report.residualMomentum = std::max(report.residualMomentum, residual);

@@ -20,6 +20,20 @@ public:
     void close(Problem<S>& problem, S h, SolveReport& report);
 
 private:
+    // Of one sub-step.
+    struct Sums {
+        S explained = 0;                      // J, that forces and rows account for
+        S after = 0;                          // J, kinetic
+        S weight = 0;                         // N
+        bool drives = false;                  // whether a fixed body moves
+        Vec3<S> defect = Vec3<S>::Zero();     // N s
+        Vec6<S>* momentumResidual = nullptr;  // of each body, N s and N m s
+    };
+    void addBodies(const Problem<S>& problem, S h, Sums& out);
+    // balance: whether the bodies' momentum is drawn up too.
+    void addRows(const Problem<S>& problem, S h, bool balance, Sums& out);
+    static void storeResiduals(Problem<S>& problem, const Sums& sums, SolveReport& report);
+
     bool balances_;
     bool isFirst_ = true;  // sub-step
     S force_ = 0;          // N, what rows carried when the balance was last drawn, added up
