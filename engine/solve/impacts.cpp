@@ -61,16 +61,9 @@ void solveGroup(Problem<S>& problem, ImpactGroup<S>& group) {
     }
 }
 
-}  // namespace
-
+// The points that may bounce, by manifold.
 template <class S>
-void resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
-    const bool bounces = std::any_of(problem.contacts.begin(), problem.contacts.end(),
-                                     [](const ProblemContact<S>& contact) { return contact.restitution > S(0); });
-    if (!bounces) {
-        return;
-    }
-    const S threshold = static_cast<S>(settings.restitutionSpeed);
+std::vector<ImpactGroup<S>> gatherGroups(const Problem<S>& problem, S h) {
     std::vector<ImpactGroup<S>> groups;
     std::size_t next = static_cast<std::size_t>(problem.jointBlocks);
     for (const ProblemContact<S>& contact : problem.contacts) {
@@ -101,7 +94,65 @@ void resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
             groups.push_back(std::move(group));
         }
     }
+    return groups;
+}
 
+// Sets what each point shall leave with; whether one of them hits. time, s, from the start of the sub-step: of the last
+// hit. threshold, m/s: slower approaches do not bounce.
+template <class S>
+bool aim(const Problem<S>& problem, ImpactGroup<S>& group, S threshold, S h, S& time) {
+    bool hits = false;
+    time = 0;
+    for (PointImpact<S>& point : group.points) {
+        const Row<S>& row = problem.rows[static_cast<std::size_t>(point.block->first)];
+        const S u = problem.rowVelocity(row, *point.block);
+        const S atImpact = u - point.gained;
+        const bool reached = row.C + h * u <= S(0) || row.C <= S(0);
+        // At rest against its partner, a point holds still while its neighbours bounce.
+        point.target = u - (atImpact < -threshold ? (S(1) + point.restitution) * (atImpact + point.phase)
+                                                  : std::min(S(0), atImpact));
+        if (reached && atImpact < -threshold) {
+            hits = true;
+            time = std::max(time, point.time);
+        }
+    }
+    return hits;
+}
+
+// Lets the bodies of the manifold bounce at `time`, s from the start of the sub-step.
+template <class S>
+void bounce(Problem<S>& problem, ImpactGroup<S>& group, S time) {
+    SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(group.a)];
+    SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(group.b)];
+    const Vec6<S> beforeA = a.v;
+    const Vec6<S> beforeB = b.v;
+    solveGroup(problem, group);
+    const Vec6<S> onA = a.applyMass(a.v - beforeA);
+    const Vec6<S> onB = b.applyMass(b.v - beforeB);
+    a.externalImpulse += onA;
+    b.externalImpulse += onB;
+    for (const PointImpact<S>& point : group.points) {
+        const auto block = static_cast<std::size_t>(point.block - problem.blocks.data());
+        for (int r = 0; r < point.block->count; ++r) {
+            problem.giveAtImpact(block, problem.rows[static_cast<std::size_t>(point.block->first + r)],
+                                 point.impulse[r]);
+        }
+    }
+    a.offset -= time * (a.v - beforeA);
+    b.offset -= time * (b.v - beforeB);
+}
+
+}  // namespace
+
+template <class S>
+void resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
+    const bool bounces = std::any_of(problem.contacts.begin(), problem.contacts.end(),
+                                     [](const ProblemContact<S>& contact) { return contact.restitution > S(0); });
+    if (!bounces) {
+        return;
+    }
+    const S threshold = static_cast<S>(settings.restitutionSpeed);
+    std::vector<ImpactGroup<S>> groups = gatherGroups(problem, h);
     // s, at which each body was last hit: what it hands on comes no earlier.
     std::vector<S> hitAt(problem.bodies.size(), S(0));
     // Iterations over the manifolds until none approaches; a chain of n bodies hands an impact on in n visits.
@@ -110,22 +161,8 @@ void resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
     for (int iteration = 0; iteration < iterations && approaching; ++iteration) {
         approaching = false;
         for (ImpactGroup<S>& group : groups) {
-            bool hits = false;
             S time = 0;
-            for (PointImpact<S>& point : group.points) {
-                const Row<S>& row = problem.rows[static_cast<std::size_t>(point.block->first)];
-                const S u = problem.rowVelocity(row, *point.block);
-                const S atImpact = u - point.gained;
-                const bool reached = row.C + h * u <= S(0) || row.C <= S(0);
-                // At rest against its partner, a point holds still while its neighbours bounce.
-                point.target = u - (atImpact < -threshold ? (S(1) + point.restitution) * (atImpact + point.phase)
-                                                          : std::min(S(0), atImpact));
-                if (reached && atImpact < -threshold) {
-                    hits = true;
-                    time = std::max(time, point.time);
-                }
-            }
-            if (!hits) {
+            if (!aim(problem, group, threshold, h, time)) {
                 continue;
             }
             approaching = true;
@@ -134,24 +171,7 @@ void resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
             time = std::max({time, hitA, hitB});
             hitA = time;
             hitB = time;
-            SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(group.a)];
-            SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(group.b)];
-            const Vec6<S> beforeA = a.v;
-            const Vec6<S> beforeB = b.v;
-            solveGroup(problem, group);
-            const Vec6<S> onA = a.applyMass(a.v - beforeA);
-            const Vec6<S> onB = b.applyMass(b.v - beforeB);
-            a.externalImpulse += onA;
-            b.externalImpulse += onB;
-            for (const PointImpact<S>& point : group.points) {
-                const auto block = static_cast<std::size_t>(point.block - problem.blocks.data());
-                for (int r = 0; r < point.block->count; ++r) {
-                    problem.giveAtImpact(block, problem.rows[static_cast<std::size_t>(point.block->first + r)],
-                                         point.impulse[r]);
-                }
-            }
-            a.offset -= time * (a.v - beforeA);
-            b.offset -= time * (b.v - beforeB);
+            bounce(problem, group, time);
         }
     }
 }

@@ -37,6 +37,9 @@ protected:
     int iterations_;
 
 private:
+    // The terms and start values of the sweeps that push out; `hardRow`: which rows those are.
+    void fillSystem(const Problem<S>& problem, S h, RowSystem<S>& system, std::vector<std::uint8_t>& hardRow) const;
+
     double phase_;
     double dampingRatio_;
 };
