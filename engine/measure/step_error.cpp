@@ -152,10 +152,11 @@ private:
                 wanted[t] = across * h_ * row[1 + t].lambda - u[t];
             }
             const S limit = across * h_ * mu * row[0].lambda;
-            const S squared = square(wanted[0]) + square(wanted[1]);
-            const S scale = squared > square(limit) ? limit / std::sqrt(squared) : S(1);
+            if (square(wanted[0]) + square(wanted[1]) > square(limit)) {
+                ontoDisc(limit, wanted[0], wanted[1]);
+            }
             for (int t = 0; t < 2; ++t) {
-                slip += square(across * h_ * row[1 + t].lambda - scale * wanted[t]);
+                slip += square(across * h_ * row[1 + t].lambda - wanted[t]);
             }
             sum.constraint += static_cast<double>(slip / across);
             slip = std::sqrt(slip);

@@ -62,4 +62,15 @@ S frictionCoefficient(const Problem<S>& problem, const RowBlock<S>& block) {
     return squared > slideSpeed * slideSpeed ? block.friction : block.staticFriction;
 }
 
+// Friction onto its disc (theory 4.19): the two tangential impulses go to the nearest point whose length is at most
+// `limit` = mu p_n, of the unit of x and y. Returns the share that is left of them.
+template <class S>
+S ontoDisc(S limit, S& x, S& y) {
+    const S length = planeLength(x, y);
+    const S share = length > limit ? limit / length : S(1);
+    x *= share;
+    y *= share;
+    return share;
+}
+
 }  // namespace cairn

@@ -1,4 +1,5 @@
 #include "engine/solve/impacts.hpp"
+#include "engine/problem/row_terms.hpp"
 
 namespace cairn {
 namespace {
@@ -50,12 +51,10 @@ void solveGroup(Problem<S>& problem, ImpactGroup<S>& group) {
             for (int t = 1; t < 3; ++t) {
                 wanted[t - 1] = point.impulse[t] - problem.rowVelocity(row[t], block) / point.delassus[t];
             }
-            const S length = planeLength(wanted[0], wanted[1]);
-            const S limit = point.friction * point.impulse[0];
-            const S scale = length > limit ? limit / length : S(1);
+            ontoDisc(point.friction * point.impulse[0], wanted[0], wanted[1]);
             for (int t = 1; t < 3; ++t) {
-                problem.push(row[t], block, wanted[t - 1] * scale - point.impulse[t]);
-                point.impulse[t] = wanted[t - 1] * scale;
+                problem.push(row[t], block, wanted[t - 1] - point.impulse[t]);
+                point.impulse[t] = wanted[t - 1];
             }
         }
     }

@@ -10,7 +10,7 @@ template <class S>
 struct DirectMemory {
     ContactNewton<double> newton;
     JointNewton<S> joints;
-    Problem<double> wide;      // bodies and rows of a float island, in double
+    Problem<double> wide;     // bodies and rows of a float island, in double
     std::uint64_t graph = 0;  // for which cost was predicted
     double factorWork = 0;
     double rows = 0;
@@ -201,7 +201,8 @@ int affordableIterations(const Problem<S>& problem, const ContactNewton<double>&
     constexpr double visits = 4;  // of each row in an iteration, beside the factor
     const double rows = static_cast<double>(problem.rows.size());
     const double kept = 2 * minFallbackSweeps * rows;
-    const double iterations = (problem.limits.maxWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
+    const double iterations =
+        (problem.limits.maxWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
     return static_cast<int>(std::clamp(iterations, 0.0, limit));
 }
 
@@ -258,7 +259,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
 }
 
 void fillSystem(const Problem<double>& problem, ContactNewton<double>& newton, const SolverSettings& settings,
-                 double band, double gentle, double h) {
+                double band, double gentle, double h) {
     RowSystem<double>& system = newton.system;
     for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
         const RowBlock<double>& block = problem.blocks[k];
@@ -278,12 +279,7 @@ void fillSystem(const Problem<double>& problem, ContactNewton<double>& newton, c
         if (block.kind == BlockKind::Contact && block.count == 3) {
             // The share of last step's friction that today's coefficient still carries.
             double* p = &system.p[static_cast<std::size_t>(block.first)];
-            const double length = planeLength(p[1], p[2]);
-            const double limit = system.friction[k] * p[0];
-            if (length > limit) {
-                p[1] *= limit / length;
-                p[2] *= limit / length;
-            }
+            ontoDisc(system.friction[k] * p[0], p[1], p[2]);
         }
     }
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
@@ -415,15 +411,16 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
     const bool quiet = !isActiveSetChanging(problem);
-    const bool shortEnough =
-        !problem.limits.mayRefuse || (turnsLittle(problem, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
+    const bool shortEnough = !problem.limits.mayRefuse ||
+                             (turnsLittle(problem, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
     report.truncated = report.truncated || (isBounded && !solved.converged);
     // What was truncated would not fare better in shorter sub-steps of the same work.
-    if (solved.converged ? !closed && problem.limits.mayRefuse : !report.truncated && (problem.limits.mayRefuse || problem.plan.mayRestart())) {
+    if (solved.converged ? !closed && problem.limits.mayRefuse
+                         : !report.truncated && (problem.limits.mayRefuse || problem.plan.mayRestart())) {
         report.tooLong = true;
         return report;
     }
@@ -462,7 +459,7 @@ bool Direct<S>::solveJoints(Problem<S>& problem, S h, SolveReport& report) const
     const double maxShare = joints.isImplicit() ? maxImplicitWork : maxExplicitWork;
     const bool accepted = answered && static_cast<double>(h) * joints.fastestSpin() <= turn &&
                           (problem.limits.mayRefuse ? std::abs(joints.energyShare()) <= maxShare
-                                            : joints.energyShare() <= growthOfShortest * maxShare);
+                                                    : joints.energyShare() <= growthOfShortest * maxShare);
     if (problem.limits.mayRefuse && !accepted) {
         report.tooLong = true;
         return true;

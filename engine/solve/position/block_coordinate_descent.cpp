@@ -100,15 +100,9 @@ void BlockCoordinateDescent<S>::respondBlock(std::size_t k, const S* errors) {
     });
     if (block.kind == BlockKind::Contact && block.count == 3) {
         const std::size_t i = static_cast<std::size_t>(block.first);
-        const S length = planeLength(system_.p[i + 1], system_.p[i + 2]);
-        const S limit = system_.friction[k] * system_.p[i];
-        if (length > limit) {
-            const S share = limit / length;
-            for (std::size_t t = i + 1; t < i + 3; ++t) {
-                system_.p[t] *= share;
-                weight_[t] *= share;
-            }
-        }
+        const S share = ontoDisc(system_.friction[k] * system_.p[i], system_.p[i + 1], system_.p[i + 2]);
+        weight_[i + 1] *= share;
+        weight_[i + 2] *= share;
     }
 }
 

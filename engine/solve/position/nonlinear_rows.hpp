@@ -208,11 +208,10 @@ private:
                     wanted[t] -= relaxation * (system_.rowVelocity(problem_.rows[i], block) + slipRate_[i]) / delassus;
                 }
             }
-            const S length = planeLength(wanted[0], wanted[1]);
-            const S scale = length > limit ? limit / length : S(1);
+            ontoDisc(limit, wanted[0], wanted[1]);
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
-                const S dp = scale * wanted[t] - system_.p[i];
+                const S dp = wanted[t] - system_.p[i];
                 push(problem_.rows[i], block, dp);
                 system_.p[i] += dp;
                 change += system_.terms[i].delassus * dp * dp;

@@ -98,8 +98,8 @@ struct RowSystem {
                 const Row<S>& row = problem.rows[i];
                 for (int n = 0; n < block.bodyCount(); ++n) {
                     const std::size_t body = static_cast<std::size_t>(block.body(n));
-                    copy[static_cast<std::size_t>(n)] +=
-                        split.share[body] * problem.bodies[body].applyInverseMass(bodyGradient(row, block, n) * impulse);
+                    copy[static_cast<std::size_t>(n)] += split.share[body] * problem.bodies[body].applyInverseMass(
+                                                                                 bodyGradient(row, block, n) * impulse);
                 }
             };
             change += solveBlock(
@@ -221,11 +221,10 @@ private:
                     wanted[t] -= relaxation * velocity(problem.rows[i]) / delassus(i);
                 }
             }
-            const S length = planeLength(wanted[0], wanted[1]);
-            const S scale = length > limit ? limit / length : S(1);
+            ontoDisc(limit, wanted[0], wanted[1]);
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
-                const S dp = scale * wanted[t] - p[i];
+                const S dp = wanted[t] - p[i];
                 pushRow(i, dp);
                 change += delassus(i) * dp * dp;
                 p[i] += dp;
