@@ -1,5 +1,6 @@
 #include "engine/solve/newton/direct.hpp"
 #include "engine/solve/impacts.hpp"
+#include "engine/solve/newton/direct_tuning.hpp"
 #include "engine/solve/newton/joint_newton.hpp"
 
 namespace cairn {
@@ -18,47 +19,7 @@ struct DirectMemory {
 
 namespace {
 
-// Errors up to this much (m or rad) are corrected by the velocity of the next step: too slow to be seen as a bounce.
-// Larger ones (bodies born overlapping, joints torn by an impact) are projected away without leaving speed behind.
-constexpr double smallError = 1e-4;
-// Joints are closed to this much (m or rad) at the moved poses. Limits are left to the next step: they come and go.
-constexpr double jointTolerance = 1e-6;
-// Iterations of that; where they are not enough, the bodies turn too far within the sub-step.
-constexpr int jointIterations = 8;
-// rad, that a jointed body may turn within a sub-step.
-constexpr double maxTurn = 0.3;
-// rad, the same where shorter sub-steps there are none; the midpoint rule of joints alone ends at pi.
-constexpr double maxWildTurn = 1;
-// rad^2, (h omega)^2 of the swing of a body under its joints' forces.
-constexpr double maxPhase = 1;
-// m/s or rad/s, of joints alone: no rest that games read off as a force.
-constexpr double jointSpeed = 6e-6;
-// Block multiply-adds a body of a factor over joints alone: trees and narrow loops have less than one.
-constexpr double maxJointWork = 10;
-// Of what is in play, the energy that a sub-step of joints alone may make or lose. Where forces are turned ahead all of
-// it comes of a sub-step that is longer or shorter than the last one; elsewhere some is what a chord of another length
-// says of the same speed.
-constexpr double maxImplicitWork = 1e-4;
-constexpr double maxExplicitWork = 1e-3;
-// Of these, what a sub-step may make that cannot be shortened: there are many of them, and it would grow.
-constexpr double growthOfShortest = 0.1;
-// m/s, at which gaps of joints are closed where the answer is linear.
-constexpr double slowSpeed = 6e-3;
-// m/s, above which contacts are expected to open and shut within a step.
-constexpr double movingSpeed = 0.05;
-// Passes of the projection, each about the poses that the last one left.
-constexpr int projectionPasses = 3;
-// Iterations without which Newton is not begun.
-constexpr int minIterations = 2;
-// Sweeps that Gauss-Seidel gets where Newton has not converged.
-constexpr int fallbackSweeps = 20;
-constexpr int minFallbackSweeps = 3;  // where a bound on work leaves no room for more
-
-// Surfaces this close (m) touch: no bias within. The corners of a box are one too many for a plane; without the band
-// their last nanometres would decide which of them bear the load. In float the last digits of a position are a
-// micrometre.
-template <class S>
-constexpr double contactSlop = std::is_same_v<S, double> ? 1e-6 : 1e-5;
+using Tuning = DirectTuning;
 
 template <class S>
 DirectMemory<S>& memoryOf(Problem<S>& problem) {
@@ -155,7 +116,7 @@ S fastestSpeed(const Problem<S>& problem) {
 // Whether contacts are expected to open and shut.
 template <class S>
 bool isActiveSetChanging(const Problem<S>& problem) {
-    return !problem.contacts.empty() && fastestSpeed(problem) > static_cast<S>(movingSpeed);
+    return !problem.contacts.empty() && fastestSpeed(problem) > static_cast<S>(Tuning::movingSpeed);
 }
 
 // Whether no jointed body turns so far within the sub-step that its rows point elsewhere afterwards.
@@ -164,8 +125,9 @@ bool turnsLittle(const Problem<S>& problem, const ContactNewton<double>& newton,
     const auto turn = [&](int body) {
         return h * newton.system.v[static_cast<std::size_t>(body)].template tail<3>().norm();
     };
-    return std::all_of(problem.joints.begin(), problem.joints.end(),
-                       [&](const auto& link) { return turn(link.a) <= maxTurn && turn(link.b) <= maxTurn; });
+    return std::all_of(problem.joints.begin(), problem.joints.end(), [&](const auto& link) {
+        return turn(link.a) <= Tuning::maxTurn && turn(link.b) <= Tuning::maxTurn;
+    });
 }
 
 // Whether the forces of the joints swing no body through more than about a radian of phase within the sub-step. Rows
@@ -186,7 +148,7 @@ bool swingsLittle(const Problem<double>& problem, const ContactNewton<double>& n
     }
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
         const SolverBody<double>& body = problem.bodies[i];
-        if (!body.fixed && h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > maxPhase) {
+        if (!body.fixed && h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > Tuning::maxPhase) {
             return false;
         }
     }
@@ -197,63 +159,46 @@ bool swingsLittle(const Problem<double>& problem, const ContactNewton<double>& n
 // fallback sweeps take kept back.
 template <class S>
 int affordableIterations(const Problem<S>& problem, const ContactNewton<double>& newton, double spent) {
-    constexpr double limit = 1e6;
-    constexpr double visits = 4;  // of each row in an iteration, beside the factor
     const double rows = static_cast<double>(problem.rows.size());
-    const double kept = 2 * minFallbackSweeps * rows;
-    const double iterations =
-        (problem.limits.maxWork - spent - kept) / (visitsOfProduct * newton.work() + visits * rows + 1);
-    return static_cast<int>(std::clamp(iterations, 0.0, limit));
+    const double kept = 2 * Tuning::minFallbackSweeps * rows;
+    const double iterations = (problem.limits.maxWork - spent - kept) /
+                              (visitsOfProduct * newton.work() + Tuning::visitsOfIteration * rows + 1);
+    return static_cast<int>(std::clamp(iterations, 0.0, Tuning::manyIterations));
 }
 
-// The base tolerance holds for what rests. What moves at a speed v is solved to a share of v: a ten-thousandth of it is
-// far below what the step length itself gets wrong.
+// The base tolerance holds for what rests; what moves is solved to a share of its speed.
 template <class S>
 NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settings, double work) {
-    constexpr double movingShare = 1e-4;
-    // A moving heap changes its contacts by more than any iteration resolves, and every iteration is dear. Sweeps with
-    // conjugate directions first, which find most of the active set and how fast each contact slides, so that De
-    // Saxce's correction needs no update; then Newton, five thousandths and a loose regularisation (measured on 200
-    // boxes falling: 18.6 to 7.8 iterations a solve, and less penetration).
-    constexpr double heapShare = 5e-3;
-    constexpr double heapWork = 100;  // block multiply-adds of a factor
-    const bool heap = isActiveSetChanging(problem) && work > heapWork;
-    constexpr double deSaxceShare = 5e-3;
-    constexpr double jointShare = 0.1;
-    // What an iteration leaves of the bias. Rows that do not open and shut bear a tighter regularisation than others: a
-    // chain with a load of 1000 at its end takes 2 iterations a sub-step in place of 5, to the same digits. At 1e-7
-    // what H has lost to round-off keeps the residual above the tolerance.
-    constexpr double jointOnlyRegularisation = 1e-6;
+    const bool moves = isActiveSetChanging(problem);
+    const bool jointsAlone = problem.contacts.empty();
+    const bool heap = moves && work > Tuning::heapWork;
     const double speed = static_cast<double>(fastestSpeed(problem));
     NewtonOptions options;
-    // A loose regularisation takes fewer iterations where contacts open and shut; a tight one fewer where rows stay.
-    options.regularisation = isActiveSetChanging(problem) ? (heap ? 1e-1 : 1e-2) : 1e-4;
     options.heap = heap;
     options.maxDeSaxceUpdates = heap ? 0 : options.maxDeSaxceUpdates;
-    options.minRegularisation = 1e-9;
-    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : (std::is_same_v<S, double> ? 1e-7 : 2e-5);
-    if (!problem.contacts.empty()) {
-        options.tolerance = std::max(options.tolerance, (heap ? heapShare : movingShare) * speed);
+    options.minRegularisation = Tuning::minRegularisation;
+    options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : Tuning::tolerance<S>;
+    if (jointsAlone) {
+        options.tolerance *= Tuning::jointShare;
+        options.regularisation = Tuning::jointOnlyRegularisation;
     } else {
-        // Joints alone converge at the price of a substitution an iteration, and their forces are read by games.
-        options.tolerance *= jointShare;
-        options.regularisation = jointOnlyRegularisation;
+        options.tolerance = std::max(options.tolerance, (heap ? Tuning::heapShare : Tuning::movingShare) * speed);
+        options.regularisation = heap    ? Tuning::heapRegularisation
+                                 : moves ? Tuning::movingRegularisation
+                                         : Tuning::restingRegularisation;
     }
-    // At rest little is left to contradiction: creep would add up.
-    options.stalled = options.tolerance * (problem.contacts.empty() || isActiveSetChanging(problem) ? 10 : 2);
-    options.deSaxceTolerance = std::max(1e-3, deSaxceShare * speed);
-    options.maxIterations = settings.def.iterations > 0 ? settings.def.iterations : 60;
+    options.stalled = options.tolerance * (jointsAlone || moves ? Tuning::movingStalled : Tuning::restingStalled);
+    options.deSaxceTolerance = std::max(Tuning::deSaxceTolerance, Tuning::deSaxceShare * speed);
+    options.maxIterations = settings.def.iterations > 0 ? settings.def.iterations : Tuning::maxIterations;
     if (problem.plan.iterationCap > 0) {
         options.maxIterations = std::min(options.maxIterations, problem.plan.iterationCap);
     }
     if (problem.plan.settles) {
-        // What is then repeated must balance to the digits that are left; a step goes as far as it would at any time.
-        constexpr double settledShare = 1e-7;
-        constexpr int settleIterations = 16;
+        // A step goes as far as it would at any time.
         options.enough = options.tolerance;
-        options.tolerance *= settledShare;
-        options.stalled *= settledShare;
-        options.maxIterations = std::min(options.maxIterations, settleIterations);
+        options.tolerance *= Tuning::settledShare;
+        options.stalled *= Tuning::settledShare;
+        options.maxIterations = std::min(options.maxIterations, Tuning::settleIterations);
     }
     return options;
 }
@@ -382,7 +327,8 @@ typename Direct<S>::Cost Direct<S>::predictCost(Problem<S>& problem) const {
         memory.factorWork = memory.newton.work();
         memory.rows = static_cast<double>(problem.rows.size());
     }
-    return {memory.factorWork, memory.factorWork * (isActiveSetChanging(problem) ? 30 : 1), memory.rows};
+    return {memory.factorWork, memory.factorWork * (isActiveSetChanging(problem) ? Tuning::expectedIterations : 1),
+            memory.rows};
 }
 
 template <class S>
@@ -394,7 +340,8 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     resolveImpacts(problem, settings_, h);
     report.rows = static_cast<int>(problem.rows.size());
     DirectMemory<S>& memory = memoryOf(problem);
-    const bool jointsAlone = memory.joints.prepare(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
+    const bool jointsAlone =
+        memory.joints.prepare(problem, Tuning::maxJointWork * static_cast<double>(problem.bodies.size()));
     if (jointsAlone && solveJoints(problem, h, report)) {
         return report;
     }
@@ -402,9 +349,10 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
     newton.prepare(wide, settings_.def.linearSolver);
-    fillSystem(wide, newton, settings_, contactSlop<S>, jointsAlone ? slowSpeed : smallError / hWide, hWide);
+    fillSystem(wide, newton, settings_, Tuning::contactSlop<S>,
+               jointsAlone ? Tuning::slowSpeed : Tuning::smallError / hWide, hWide);
     NewtonOptions options = optionsFor(problem, settings_, newton.work());
-    const int affordable = std::max(minIterations, affordableIterations(problem, newton, report.work));
+    const int affordable = std::max(Tuning::minIterations, affordableIterations(problem, newton, report.work));
     const bool isBounded = affordable < options.maxIterations;
     options.maxIterations = std::min(options.maxIterations, affordable);
     NewtonReport solved = solve(newton, wide, options, report);
@@ -427,7 +375,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     if (!solved.converged) {
         const double sweeps = (problem.limits.maxWork - report.work) / (2 * static_cast<double>(problem.rows.size()));
         solved.residual = newton.runFallbackSweeps(
-            wide, static_cast<int>(std::clamp<double>(sweeps, minFallbackSweeps, fallbackSweeps)));
+            wide, static_cast<int>(std::clamp<double>(sweeps, Tuning::minFallbackSweeps, Tuning::fallbackSweeps)));
     }
     report.residual = solved.residual;
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
@@ -450,16 +398,16 @@ bool Direct<S>::solveJoints(Problem<S>& problem, S h, SolveReport& report) const
         farthest = std::max(farthest, body.pose.position.cwiseAbs().maxCoeff());
     }
     JointNewtonOptions options;
-    options.tolerance = jointSpeed;
+    options.tolerance = Tuning::jointSpeed;
     options.floor = 2 * static_cast<double>(Eigen::NumTraits<S>::epsilon() * farthest);
-    options.gentle = smallError;
+    options.gentle = Tuning::smallError;
     options.warmStart = settings_.def.warmStart;
     const bool answered = joints.solve(problem, h, options, report);
-    const double turn = problem.limits.mayRefuse ? maxTurn : maxWildTurn;
-    const double maxShare = joints.isImplicit() ? maxImplicitWork : maxExplicitWork;
+    const double turn = problem.limits.mayRefuse ? Tuning::maxTurn : Tuning::maxWildTurn;
+    const double maxShare = joints.isImplicit() ? Tuning::maxImplicitWork : Tuning::maxExplicitWork;
     const bool accepted = answered && static_cast<double>(h) * joints.fastestSpin() <= turn &&
                           (problem.limits.mayRefuse ? std::abs(joints.energyShare()) <= maxShare
-                                                    : joints.energyShare() <= growthOfShortest * maxShare);
+                                                    : joints.energyShare() <= Tuning::growthOfShortest * maxShare);
     if (problem.limits.mayRefuse && !accepted) {
         report.tooLong = true;
         return true;
@@ -470,7 +418,7 @@ bool Direct<S>::solveJoints(Problem<S>& problem, S h, SolveReport& report) const
     joints.handBack(problem, h);
     problem.storeLambda(h);
     problem.integrate(h);
-    if (joints.worst() > smallError) {
+    if (joints.worst() > Tuning::smallError) {
         projectErrors(problem, h, report);
     }
     return true;
@@ -485,15 +433,15 @@ bool Direct<S>::correctJoints(Problem<S>& problem, const NewtonOptions& options,
     const Problem<double>& wide = widen(problem, memory);
     ContactNewton<double>& newton = memory.newton;
     const std::vector<SolverBody<S>> start = problem.bodies;
-    const S gentle = static_cast<S>(smallError);
+    const S gentle = static_cast<S>(Tuning::smallError);
     // No tighter than what the velocities are solved to.
-    const S tolerance = std::max(static_cast<S>(jointTolerance), S(2) * h * static_cast<S>(options.tolerance));
+    const S tolerance = std::max(static_cast<S>(Tuning::jointTolerance), S(2) * h * static_cast<S>(options.tolerance));
     const RowSystem<double> uncorrected = newton.system;
     NewtonOptions onwards = options;
     onwards.goesOn = true;
     std::vector<S> C;
     S worst = 0;
-    for (int iteration = 0; iteration < jointIterations; ++iteration) {
+    for (int iteration = 0; iteration < Tuning::jointIterations; ++iteration) {
         for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
             problem.bodies[i].v = newton.system.v[i].template cast<S>();
         }
@@ -533,21 +481,20 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
     DirectMemory<S>& memory = memoryOf(problem);
     ContactNewton<double>& newton = memory.newton;
     NewtonOptions options = optionsFor(problem, settings_, newton.work());
-    options.tolerance = 0.1 * smallError / static_cast<double>(h);
-    options.stalled = 10 * options.tolerance;
+    options.tolerance = Tuning::projectionTolerance * Tuning::smallError / static_cast<double>(h);
+    options.stalled = Tuning::projectionStalled * options.tolerance;
     S before = infinity<S>();
     // Of the sub-step itself, which its reports go by.
     std::vector<Row<S>> rows;
     std::vector<RowResponse<S>> responses;
-    for (int pass = 0; pass < projectionPasses; ++pass) {
+    for (int pass = 0; pass < Tuning::projectionPasses; ++pass) {
         const S worst = worstError(problem);
-        // Rows that contradict each other do not get better.
-        if (worst <= static_cast<S>(smallError) || worst > S(0.9) * before) {
+        if (worst <= static_cast<S>(Tuning::smallError) || worst > static_cast<S>(Tuning::projectionGain) * before) {
             break;
         }
         before = worst;
         options.maxIterations = std::min(options.maxIterations, affordableIterations(problem, newton, report.work));
-        if (options.maxIterations < minIterations) {
+        if (options.maxIterations < Tuning::minIterations) {
             report.truncated = true;
             break;
         }
