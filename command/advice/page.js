@@ -107,13 +107,16 @@ const chart = (svg, spec) => {
                 `stroke-width="${line.width || 2.2}" stroke-linejoin="round" ${
                        line.dash ? `stroke-dasharray="${line.dash}"` : ''} ` +
                 `points="${line.points.map(p => x.at(p[0]).toFixed(1) + ',' + y.at(p[1]).toFixed(1)).join(' ')}"/>`;
+    // What a finger may miss a point by lies below all points, so that none covers its neighbour.
+    for (const mark of spec.marks || [])
+        out += `<circle data-index="${mark.index}" cx="${x.at(mark.x).toFixed(1)}" cy="${y.at(mark.y).toFixed(1)}" ` +
+            `r="9" fill="transparent"/>`;
     for (const mark of spec.marks || []) {
         const cx = x.at(mark.x).toFixed(1), cy = y.at(mark.y).toFixed(1);
         out += `<g class="point" data-index="${mark.index}" tabindex="0" role="button" aria-label="${
                    escape(mark.title)}">` +
-            `<title>${escape(mark.title)}</title><circle cx="${cx}" cy="${cy}" r="9" fill="transparent"/>` +
-            `<circle class="dot" cx="${cx}" cy="${cy}" r="${mark.size || 5}" fill="${mark.colour}" fill-opacity="${
-                   mark.faint ? .45 : 1}"/>` +
+            `<title>${escape(mark.title)}</title><circle class="dot" cx="${cx}" cy="${cy}" r="${
+                   mark.size || 5}" fill="${mark.colour}" fill-opacity="${mark.faint ? .45 : 1}"/>` +
             (mark.ring ? `<circle class="ring" cx="${cx}" cy="${cy}" r="10"/>` : '') + '</g>';
         if (mark.name) {
             const right = x.at(mark.x) > W - 110;

@@ -175,7 +175,8 @@ private:
 };
 
 // sqrt(J)
-double distance(const Problem<double>& problem, const std::vector<Vec6<double>>& v, const std::vector<Vec6<double>>& w) {
+double distance(const Problem<double>& problem, const std::vector<Vec6<double>>& v,
+                const std::vector<Vec6<double>>& w) {
     double sum = 0;
     for (std::size_t i = 0; i < v.size(); ++i) {
         if (!problem.bodies[i].fixed) {

@@ -29,7 +29,7 @@ TEST(StraightChainTest, AIsThatOfTheTheory) {
             expected(i, i - 1) = expected(i - 1, i) = -1 / masses[k];
         }
     }
-    EXPECT_LE((assembleA(chain.island) - expected).cwiseAbs().maxCoeff(), 1e-15);
+    EXPECT_LE((assembleA(chain.problem) - expected).cwiseAbs().maxCoeff(), 1e-15);
 }
 
 TEST(ConvergenceTest, EqualMasses) {
