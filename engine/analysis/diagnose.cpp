@@ -252,8 +252,7 @@ private:
         for (const ProblemContact<S>& contact : problem.contacts) {
             double depth = 0;
             for (int k = contact.firstPoint; k < contact.firstPoint + contact.count; ++k) {
-                depth = std::max(depth,
-                                 -static_cast<double>(problem.points[static_cast<std::size_t>(k)].separation));
+                depth = std::max(depth, -static_cast<double>(problem.points[static_cast<std::size_t>(k)].separation));
             }
             const std::uint32_t a = problem.bodies[static_cast<std::size_t>(contact.a)].index;
             const std::uint32_t b = problem.bodies[static_cast<std::size_t>(contact.b)].index;

@@ -136,7 +136,12 @@ void Islands<S>::rebuild(const BodyTable<S>& bodies, const AwakeSet& awake, cons
     for (std::uint32_t& item : jointList_) {
         item = awake.joints[item];
     }
-    const std::vector<PairContacts<S>>& pairs = contacts.pairs();
+    std::vector<PairContacts<S>>& pairs = contacts.pairs();
+    for (PairContacts<S>& pair : pairs) {
+        if (!pair.ended.empty()) {
+            pair.ended.clear();  // told in the last step
+        }
+    }
     sort(
         pairs.size(),
         [&](std::size_t i) {

@@ -66,8 +66,12 @@ S workedOver(const Problem<S>& problem, const Row<S>& row, const RowBlock<S>& bl
 }  // namespace
 
 template <class S>
-Balance<S>::Balance(const Problem<S>& problem, bool balances) : balances_(balances) {
-    momentum_.reserve(problem.bodies.size());
+void Balance<S>::open(const Problem<S>& problem, bool balances) {
+    balances_ = balances;
+    isFirst_ = true;
+    force_ = 0;
+    kineticEnergy_ = 0;
+    momentum_.clear();
     for (const SolverBody<S>& body : problem.bodies) {
         S twiceEnergy = 0;
         momentum_.push_back(body.fixed ? Vec6<S>(Vec6<S>::Zero()) : motionOf(body, twiceEnergy));

@@ -4,12 +4,12 @@
 
 namespace cairn {
 
-// Opened before the first sub-step of a step, or of a subdivision of it; closed after each.
+// Opened before the first sub-step of a step, or of a subdivision of it; closed after each. It may be opened again.
 template <class S>
 class Balance {
 public:
     // balances: Solver::balances().
-    Balance(const Problem<S>& problem, bool balances);
+    void open(const Problem<S>& problem, bool balances);
     // Adds to the report the energy (J) that the sub-step created and the momentum (N s) that no impulse explains.
     // Kinetic energy is compared with the work of forces by the trapezium of the twists, which contacts and joints can
     // only lower; springs, motors and kinematic bodies may add what their rows did. Creep of the loads at 1e-5 m/s is
@@ -34,7 +34,7 @@ private:
     void addRows(const Problem<S>& problem, S h, bool balance, Sums& out);
     static void storeResiduals(Problem<S>& problem, const Sums& sums, SolveReport& report);
 
-    bool balances_;
+    bool balances_ = true;
     bool isFirst_ = true;  // sub-step
     S force_ = 0;          // N, what rows carried when the balance was last drawn, added up
     S kineticEnergy_ = 0;

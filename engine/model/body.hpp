@@ -31,7 +31,7 @@ struct Body {
 
     S momentumResidual = 0;  // sqrt(J), of the last step: momentum that neither forces nor rows explain
 
-    bool changed = true;   // by the game since the last step: its contacts are to be found anew before the next one
+    bool changed = true;  // by the game since the last step: its contacts are to be found anew before the next one
     RestState restState = RestState::Moving;  // that the last step found, made and left
     bool settled = false;  // in the last step it was in an island in which nothing changes, and was left where it was
     bool awake = true;

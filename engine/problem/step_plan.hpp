@@ -34,10 +34,7 @@ struct StepPlan {
     // auto: an unsolved contact problem is worth shorter sub-steps. Sweeps leave joints open by millimetres.
     bool mayHalveOnFailure = true;
     int iterationCap = 0;  // the most Newton iterations that the bound on work pays for; 0: no cap but the solver's own
-    bool settles =
-        false;  // all its bodies are taken to be at rest, and the forces that hold them solved to the last digits
-
-    // auto: this step belongs to sweeps.
+    bool settles = false;  // it may be at rest: solved to the last digits
     bool sweeps() const {
         return reason == PlanReason::TooLarge || reason == PlanReason::TooDear || reason == PlanReason::BackingOff;
     }

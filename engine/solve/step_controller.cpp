@@ -44,6 +44,10 @@ bool StepController<S>::learn(const SolveReport& report) {
         state_.backoff /= 2;
         return true;
     }
+    if (plan.settles) {
+        settles_ = false;  // as any other step
+        return false;
+    }
     if (problem_.limits.mayRefuse && (!report.newtonFailed || plan.mayHalveOnFailure)) {
         return true;
     }
@@ -64,7 +68,8 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     int left = problem_.plan.substeps << halvings;
     S h = dt / static_cast<S>(left);
     SolveReport sum;
-    Balance<S> balance(problem_, solver_.balances());
+    static thread_local Balance<S> balance;
+    balance.open(problem_, solver_.balances());
     bool isFirst = true;
     int taken = 0;
     while (left > 0) {
@@ -98,7 +103,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         } else {
             problem_.bodies = problem_.atStep;
             problem_.beginImpulses();
-            balance = Balance<S>(problem_, solver_.balances());
+            balance.open(problem_, solver_.balances());
             isFirst = true;
             sum = cost;
             halvings = 0;

@@ -288,15 +288,16 @@ void World<S>::setSolver(const SolverDef& def) {
     impl_->def = changed;
     impl_->solver = makeSolver<S>(impl_->settings());
     impl_->levelSolvers = {};
-    impl_->rulesChanged = true;
 }
 template <class S>
 void World<S>::setAccuracy(const AccuracyDef& accuracy) {
     WorldDef changed = impl_->def;
     changed.accuracy = accuracy;
     check(changed, "world");
+    const AccuracyDef& before = impl_->def.accuracy;
+    impl_->rulesChanged = impl_->rulesChanged || accuracy.position != before.position ||
+                          accuracy.velocity != before.velocity || accuracy.coulomb != before.coulomb;
     impl_->def.accuracy = accuracy;
-    impl_->rulesChanged = true;
 }
 template <class S>
 void World<S>::setMotor(JointId id, double speed, double maxForce) {

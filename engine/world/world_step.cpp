@@ -202,21 +202,26 @@ void World<S>::Impl::writeBack(const Problem<S>& problem, IslandState& state, S 
             b.torque.setZero();
             continue;
         }
-        const S arm = static_cast<S>(std::isfinite(b.radius) ? b.radius : 0);
-        // m/s, of any point of it: before, in and after the step.
+        // m; of what has no extent, so that its spin counts too.
+        const S arm = std::isfinite(b.radius) && b.radius > 0 ? static_cast<S>(b.radius) : S(1);
+        // m/s, of any point of it: before, in and after the step. A try to settle it has taken it to be at rest.
+        const Vec3<S> startV = state.settles ? Vec3<S>(Vec3<S>::Zero()) : b.v;
+        const Vec3<S> startW = state.settles ? Vec3<S>(Vec3<S>::Zero()) : b.w;
         const S turned = S(2) * (s.pose.rotation.coeffs() - b.pose.rotation.coeffs()).norm();
-        const S speed = std::max({v.norm() + arm * w.norm(), state.settles ? S(0) : b.v.norm() + arm * b.w.norm(),
+        const S speed = std::max({v.norm() + arm * w.norm(), startV.norm() + arm * startW.norm(),
                                   ((s.pose.position - b.pose.position).norm() + arm * turned) / dt});
-        const S change = state.settles ? speed : (v - b.v).norm() + arm * (w - b.w).norm();
+        const S change = (v - startV).norm() + arm * (w - startW).norm();
         const bool free = b.force.isZero(S(0)) && b.torque.isZero(S(0));
         b.restState = !free || speed > static_cast<S>(slowSpeed)    ? RestState::Moving
                       : speed > stillSpeed<S> || change > mayChange ? RestState::Slow
                                                                     : RestState::Still;
         if (state.settles) {
             b.momentumResidual = std::max(b.momentumResidual, std::sqrt(b.mass) * b.v.norm());
+            state.solved.report.residualMomentum =
+                std::hypot(state.solved.report.residualMomentum, static_cast<double>(std::sqrt(b.mass) * b.v.norm()));
         }
         b.pose = s.pose;
-        b.acceleration = (v - b.v) / dt;
+        b.acceleration = (v - startV) / dt;
         b.v = v;
         b.w = w;
         b.force.setZero();
@@ -343,7 +348,7 @@ void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
         Body<S>& b = bodies[i];
         if (!b.settled) {
             b.settled = true;
-            b.momentumResidual = std::max(b.momentumResidual, std::sqrt(b.mass) * dt * b.acceleration.norm());
+            b.momentumResidual = std::sqrt(b.mass) * dt * b.acceleration.norm();
         }
         squared += b.momentumResidual * b.momentumResidual;
     }
@@ -378,11 +383,11 @@ void World<S>::Impl::recallIslands(S dt) {
             settle(island, state, dt);
         } else if (sameRules && maySettle(island, state)) {
             ControllerState& control = state.control;
-            state.settles = ++control.slowSteps >= control.settleAfter;
-            if (control.slowSteps == control.settleAfter + settleSteps) {
+            if (control.slowSteps + 1 == control.settleAfter + settleSteps) {
                 control.slowSteps = 0;
                 control.settleAfter = std::min(2 * control.settleAfter, longestSettleAfter);
             }
+            state.settles = ++control.slowSteps >= control.settleAfter;
         } else {
             state.control.slowSteps = 0;
             state.control.settleAfter = ControllerState{}.settleAfter;
@@ -430,7 +435,7 @@ template <class S>
 void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt) {
     // Kept by the thread for all islands that it solves: kept by each, it would be most of what a body costs in memory.
     static thread_local Problem<S> problem;
-    static thread_local SolverMemory<S> shared;
+    static thread_local SolverMemory<S> shared{{}, {}, true};
     // Patterns of so few bodies are found anew as fast as they are looked up.
     constexpr std::size_t fewBodies = 2;
     const Island& island = islands.awake()[k];

@@ -26,6 +26,9 @@ DirectMemory<S>& memoryOf(Problem<S>& problem) {
     if (!problem.memory.direct) {
         problem.memory.direct = std::make_shared<DirectMemory<S>>();
     }
+    if (problem.memory.isShared) {
+        problem.memory.direct->newton.forget();
+    }
     return *problem.memory.direct;
 }
 

@@ -18,7 +18,9 @@ public:
     explicit Vbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 8) {}
     bool balances() const override { return false; }
-    StepPlan plan(Problem<S>&, const ControllerState&, S) const override { return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 4}; }
+    StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
+        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 4};
+    }
 
     SolveReport advance(Problem<S>& problem, S h) override {
         const SolverDef& def = settings_.def;

@@ -22,7 +22,9 @@ class Xpbd final : public Solver<S> {
 public:
     explicit Xpbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 1) {}
-    StepPlan plan(Problem<S>&, const ControllerState&, S) const override { return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 20}; }
+    StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
+        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 20};
+    }
 
     SolveReport advance(Problem<S>& problem, S h) override {
         const SolverDef& def = settings_.def;

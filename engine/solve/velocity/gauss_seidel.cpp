@@ -6,6 +6,9 @@ namespace {
 template <class S>
 S optimalRelaxation(Problem<S>& problem, const RowSystem<S>& system) {
     std::vector<S>& mode = problem.memory.slowestMode;
+    if (problem.memory.isShared) {
+        mode.clear();
+    }
     const int iterations = mode.size() == system.p.size() ? 1 : 20;
     const S radius = std::min(S(0.9999), jacobiRadius(problem, system, mode, iterations));
     return S(2) / (S(1) + std::sqrt(S(1) - radius * radius));

@@ -157,7 +157,8 @@ struct RowSystem {
     // most. In a steady load the share is 1; after an impact, whose impulse nothing asks for again, it is near 0. A
     // full warm start there feeds energy in, and one sweep cannot take it out.
     void warmStart(const Problem<S>& problem) {
-        std::vector<S> u(p.size());
+        static thread_local std::vector<S> u;
+        u.assign(p.size(), S(0));
         const auto forEachRow = [&](const auto& visit) {
             for (const RowBlock<S>& block : problem.blocks) {
                 for (int i = block.first; i < block.first + block.count; ++i) {
@@ -165,7 +166,8 @@ struct RowSystem {
                 }
             }
         };
-        const std::vector<Vec6<S>> before = v;
+        static thread_local std::vector<Vec6<S>> before;
+        before = v;
         S slope = 0;
         forEachRow([&](const RowBlock<S>& block, std::size_t i) {
             u[i] = rowVelocity(problem.rows[i], block);

@@ -1,7 +1,7 @@
 // How spin turns by itself: the ladder of rules (theory section 3.6), what each keeps, tops under load, and the
 // resistance of a spinning body to a push (theory section 3.7).
-#include "engine/problem/problem.hpp"
 #include "engine/model/gyroscopics.hpp"
+#include "engine/problem/problem.hpp"
 #include "tests/engine/engine_kit.hpp"
 
 namespace cairn {

@@ -153,7 +153,9 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
             expectBelow("nncg, error after 64 sweeps, relative", errorAfter(64), 1.5e-8);
             return;
         }
-        const double rate = std::pow(errorAfter(128) / errorAfter(64), 1.0 / 64);
+        // Of what converges slowly other modes are there for longer.
+        const int half = solver.name == "jacobi" ? 256 : 64;
+        const double rate = std::pow(errorAfter(2 * half) / errorAfter(half), 1.0 / half);
         expectClose(
             solver.name + ", share of the error that an iteration leaves", rate, ratePerIteration(solver.name, A),
             // avbd does a little better than its sweeps: the free row's rigid motion is put right each iteration.

@@ -892,8 +892,7 @@ TEST(MoorePenrose, IsWhatDirectAndRowSolversReturn) {
     EXPECT_TRUE(report.converged) << report.residual << " m/s after " << report.iterations << " iterations";
     expectBelow("direct, velocities", (stacked(newton.system.v) - v).norm() / v.norm(), 1e-10);
     const DenseVector minimal = minimalImpulses(A, b, A.diagonal());
-    expectBelow("direct, least impulses, relative", (stacked(newton.system.p) - minimal).norm() / minimal.norm(),
-                1e-8);
+    expectBelow("direct, least impulses, relative", (stacked(newton.system.p) - minimal).norm() / minimal.norm(), 1e-8);
 
     for (int k = 0; k < 3000; ++k) {
         system.sweep(problem, 1.0);

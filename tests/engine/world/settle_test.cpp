@@ -105,7 +105,9 @@ TEST(Settle, WhateverChangesSetsItGoing) {
                   }
               }),
               0.9 * fall);
-    EXPECT_GT(movedBy([](SettledPyramid& p) { p.world.setPose(p.floor, {Vec3d(0, -20, 0), Quatd::Identity()}); }),
+    EXPECT_GT(movedBy([](SettledPyramid& p) {
+                  p.world.setPose(p.floor, {Vec3d(0, -20, 0), Quatd::Identity()});
+              }),
               0.9 * fall);
     EXPECT_GT(movedBy([](SettledPyramid& p) {
                   p.world.applyImpulse(p.top(), 5 * p.world.mass(p.top()) * Vec3d::UnitX(), p.world.centre(p.top()));
