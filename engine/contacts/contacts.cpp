@@ -56,7 +56,7 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
     manifold.shapeA = geometry.shapeA;
     manifold.shapeB = geometry.shapeB;
     manifold.id = geometry.id;
-    manifold.count = static_cast<std::int8_t>(geometry.count);
+    manifold.count = static_cast<std::uint8_t>(geometry.count);
     manifold.known = manifold.count;
     manifold.normal = geometry.normal;
     manifold.normalInB = normalInB;

@@ -38,8 +38,8 @@ struct ContactManifold {
     std::uint32_t shapeA = 0;
     std::uint32_t shapeB = 0;
     std::uint32_t id = 0;              // as Manifold's
-    std::int8_t count = 0;             // points in force
-    std::int8_t known = 0;             // points found; those after the first `count` carry nothing (internal_edges.hpp)
+    std::uint8_t count = 0;            // points in force
+    std::uint8_t known = 0;            // points found; those after the first `count` carry nothing (internal_edges.hpp)
     bool isRound = false;              // whether a shape rolls at one of its points: see ContactGeometry
     Vec3d normal = Vec3d::UnitY();     // unit, from A to B, in A's frame
     Vec3d normalInB = Vec3d::UnitY();  // the same in B's, when it was found

@@ -288,7 +288,7 @@ private:
                 ++count;
             }
         }
-        contacts.count = static_cast<std::int8_t>(count);
+        contacts.count = static_cast<std::uint8_t>(count);
     }
 
     // What a point carried that is no longer in force goes to the one that took its place on the next piece.
