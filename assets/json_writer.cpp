@@ -449,7 +449,9 @@ private:
                     " | " + field.value("description", "which") + " |\n";
         }
         for (const auto& [name, field] : schema["properties"].items()) {
-            std::string inner = (path.empty() ? "" : path + ".") + name;
+            std::string inner = path;
+            inner += path.empty() ? "" : ".";
+            inner += name;
             if (const json* const parts = inside(field, inner)) {
                 object("`" + inner + "`", inner, *parts);
             }

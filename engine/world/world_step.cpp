@@ -352,7 +352,10 @@ void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
         }
         squared += b.momentumResidual * b.momentumResidual;
     }
-    state.solved.report.residualMomentum = static_cast<double>(std::sqrt(squared));
+    SolveReport& kept = state.solved.report;
+    kept.residualMomentum = static_cast<double>(std::sqrt(squared));
+    kept.energyGained = 0;
+    kept.momentumDefect = 0;
 }
 
 template <class S>
