@@ -158,30 +158,21 @@ void Gatherer<S>::fillContacts() {
 }
 
 template <class S>
-template <class Visit>
-void Gatherer<S>::forEachManifold(const Visit& visit) {
-    auto contact = problem_.contacts.begin();
+void Gatherer<S>::handContactsBack() {
+    const ProblemPoint<S>* from = problem_.points.data();
     for (const std::uint32_t p : island_.pairs) {
         for (ContactManifold<S>& manifold : world_.contacts.pairs()[p].manifolds) {
-            visit(manifold, *contact++);
+            for (ContactPointState<S>& point : manifold.inForce()) {
+                point.normalForce = from->normalForce;
+                point.friction = from->friction;
+                point.slip = from->slip;
+                point.impulse = from->impulse;
+                point.normalImpulse = from->normalImpulse;
+                point.error = from->error;
+                ++from;
+            }
         }
     }
-}
-
-template <class S>
-void Gatherer<S>::handContactsBack() {
-    forEachManifold([&](ContactManifold<S>& manifold, const ProblemContact<S>& contact) {
-        const ProblemPoint<S>* from = &problem_.points[static_cast<std::size_t>(contact.firstPoint)];
-        for (ContactPointState<S>& point : manifold.inForce()) {
-            point.normalForce = from->normalForce;
-            point.friction = from->friction;
-            point.slip = from->slip;
-            point.impulse = from->impulse;
-            point.normalImpulse = from->normalImpulse;
-            point.error = from->error;
-            ++from;
-        }
-    });
 }
 
 template <class S>

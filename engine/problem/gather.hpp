@@ -45,10 +45,6 @@ private:
     int placeOf(std::uint32_t body);
     void fillContacts();
     void handContactsBack();
-    // visit(manifold, contact) for the contacts of the problem.
-    template <class Visit>
-    void forEachManifold(const Visit& visit);
-
     const WorldTables<S>& world_;
     const Island& island_;
     Problem<S>& problem_;

@@ -35,6 +35,8 @@ struct StepPlan {
     bool mayHalveOnFailure = true;
     int iterationCap = 0;  // the most Newton iterations that the bound on work pays for; 0: no cap but the solver's own
     bool settles = false;  // it may be at rest: solved to the last digits
+
+    // auto: this step belongs to sweeps.
     bool sweeps() const {
         return reason == PlanReason::TooLarge || reason == PlanReason::TooDear || reason == PlanReason::BackingOff;
     }

@@ -133,6 +133,8 @@ private:
     void catchFastBodies(S dt);
     // Completes the islands' errors by the depth of the contacts, and sums them up.
     void measure();
+    // settle.cpp. How far from rest a step leaves a body, which still is as it was before.
+    static RestState restStateAfter(const Body<S>& body, const SolverBody<S>& s, bool settles, S dt);
     // Gives each awake island what was kept of it, and sees which are settled.
     void recallIslands(S dt);
     // Whether nothing has changed in the island or around it since it was solved, and that moved nothing: then the same
@@ -140,7 +142,7 @@ private:
     bool isSettled(const Island& island, const IslandState& state) const;
     // Whether it is worth a try: exact solutions of large stacks leave a little motion, which never dies out by itself.
     // Friction would stop it within the step, if it were not the solver's own doing.
-    bool maySettle(const Island& island, const IslandState& state) const;
+    bool maySettle(const Island& island, const IslandState& state, S dt) const;
     // Puts up with what the forces of the last solution leave unbalanced, and says how much that is.
     void settle(const Island& island, IslandState& state, S dt);
     void solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt);

@@ -163,6 +163,18 @@ TEST(Settle, WhatMovesSlowlyMovesOn) {
     stepFor(space, 600);
     expectClose("m drifted", space.centre(drifting).x(), 4e-4 * 10, 1e-12);
 
+    // The same along a wall, a hair away: a contact that bears nothing stops nothing.
+    for (const double gap : {0.0, 1e-4}) {
+        for (const double asked : {0.0, 1e-3}) {
+            Worldd near({.gravity = Vec3d::Zero(), .accuracy = {.position = asked}, .sleep = {.enabled = false}});
+            near.add({.type = BodyType::Static, .shapes = {box({50, 1, 50})}, .position = {0, -1, 0}});
+            const BodyId along = near.add(
+                {.shapes = {box({0.5, 0.5, 0.5})}, .position = {0, 0.5 + gap, 0}, .linearVelocity = {4e-4, 0, 0}});
+            stepFor(near, 600);
+            expectClose("m drifted along a wall", near.centre(along).x(), 4e-4 * 10, 1e-9);
+        }
+    }
+
     Worldd world(awakeForEver());
     Shape ground = box({50, 1, 50});
     ground.material.friction = 0.5;

@@ -1,0 +1,163 @@
+// Which islands are settled: nothing changes in them, and the forces of their last solution hold them.
+#include "engine/world/world_impl.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+namespace {
+
+// m/s. What exact solutions leave of motion in a pyramid of 5000 boxes that rests is up to 2e-4.
+constexpr double slowSpeed = 5e-4;
+// m/s of a body at rest, 4 mm an hour; and how much its speed may change in a step: where it has been tried to settle
+// it, 6e-6 m/s2, which what is on the point of falling exceeds; else nothing that shows in the balance of momentum.
+template <class S>
+constexpr S stillSpeed = std::is_same_v<S, double> ? S(1e-6) : S(1e-5);
+template <class S>
+constexpr S settledChange = std::is_same_v<S, double> ? S(1e-7) : S(1e-6);
+template <class S>
+constexpr S stillChange = std::is_same_v<S, double> ? S(1e-10) : S(1e-8);
+// Steps of a try to settle an island, each of which goes on from the forces of the last; and the longest wait for one.
+constexpr int settleSteps = 2;
+constexpr int longestSettleAfter = 512;
+
+}  // namespace
+
+template <class S>
+RestState World<S>::Impl::restStateAfter(const Body<S>& body, const SolverBody<S>& s, bool settles, S dt) {
+    // m; of what has no extent, so that its spin counts too.
+    const S arm = std::isfinite(body.radius) && body.radius > 0 ? static_cast<S>(body.radius) : S(1);
+    const Vec3<S> v = s.v.template head<3>();
+    const Vec3<S> w = s.v.template tail<3>();
+    // m/s, of any point of it: before, in and after the step. A try to settle it has taken it to be at rest.
+    const Vec3<S> startV = settles ? Vec3<S>(Vec3<S>::Zero()) : body.v;
+    const Vec3<S> startW = settles ? Vec3<S>(Vec3<S>::Zero()) : body.w;
+    const S turned = S(2) * (s.pose.rotation.coeffs() - body.pose.rotation.coeffs()).norm();
+    const S speed = std::max({v.norm() + arm * w.norm(), startV.norm() + arm * startW.norm(),
+                              ((s.pose.position - body.pose.position).norm() + arm * turned) / dt});
+    const S change = (v - startV).norm() + arm * (w - startW).norm();
+    if (!body.force.isZero(S(0)) || !body.torque.isZero(S(0)) || speed > static_cast<S>(slowSpeed)) {
+        return RestState::Moving;
+    }
+    const S mayChange = settles ? settledChange<S> : stillChange<S>;
+    return speed > stillSpeed<S> || change > mayChange ? RestState::Slow : RestState::Still;
+}
+
+template <class S>
+bool World<S>::Impl::isSettled(const Island& island, const IslandState& state) const {
+    const auto isStill = [&](std::uint32_t i) {
+        const Body<S>& b = bodies[i];
+        return b.restState == RestState::Still && b.force.isZero(S(0)) && b.torque.isZero(S(0));
+    };
+    const auto isKnown = [&](std::uint32_t p) { return !contacts.pairs()[p].isNew; };
+    return island.before >= 0 && !island.isDriven && island.pairs.size() == state.pairs &&
+           island.joints.size() == state.joints && !state.solved.report.truncated && !(state.solved.error.over > 1) &&
+           std::all_of(island.bodies.begin(), island.bodies.end(), isStill) &&
+           std::all_of(island.pairs.begin(), island.pairs.end(), isKnown);
+}
+
+template <class S>
+bool World<S>::Impl::maySettle(const Island& island, const IslandState& state, S dt) const {
+    const SolveReport& last = state.solved.report;
+    const auto isSlow = [&](std::uint32_t i) {
+        return bodies[i].restState != RestState::Moving && !bodies[i].locked && !bodies[i].def.particle;
+    };
+    if (island.before < 0 || island.isDriven || !island.joints.empty() || last.directSolves == 0 ||
+        last.sweptSolves > 0 || last.unconverged || last.truncated ||
+        !std::all_of(island.bodies.begin(), island.bodies.end(), isSlow)) {
+        return false;
+    }
+    static thread_local std::vector<S> friction;  // N, that each body has at most
+    friction.assign(island.bodies.size(), S(0));
+    for (const std::uint32_t p : island.pairs) {
+        const PairContacts<S>& pair = contacts.pairs()[p];
+        if (pair.isNew) {
+            return false;
+        }
+        for (const ContactManifold<S>& manifold : pair.manifolds) {
+            if (manifold.isRound) {
+                return false;
+            }
+            S most = 0;
+            for (const ContactPointState<S>& point : manifold.inForce()) {
+                most += manifold.friction * point.normalForce;
+            }
+            for (const std::uint32_t body : {pair.pair.a, pair.pair.b}) {
+                if (bodies[body].isDynamic()) {
+                    friction[static_cast<std::size_t>(islands.placeOf(body))] += most;
+                }
+            }
+        }
+    }
+    for (std::size_t i = 0; i < friction.size(); ++i) {
+        const Body<S>& b = bodies[island.bodies[i]];
+        if (!(dt * friction[i] > b.mass * static_cast<S>(slowSpeed))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+template <class S>
+void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
+    state.settled = true;
+    S squared = 0;
+    for (const std::uint32_t i : island.bodies) {
+        Body<S>& b = bodies[i];
+        if (!b.settled) {
+            b.settled = true;
+            b.momentumResidual = std::sqrt(b.mass) * dt * b.acceleration.norm();
+        }
+        squared += b.momentumResidual * b.momentumResidual;
+    }
+    SolveReport& kept = state.solved.report;
+    kept.residualMomentum = static_cast<double>(std::sqrt(squared));
+    kept.energyGained = 0;
+    kept.momentumDefect = 0;
+}
+
+template <class S>
+void World<S>::Impl::recallIslands(S dt) {
+    const std::vector<Island>& active = islands.awake();
+    // Mostly the same islands as in the last step: then nothing is moved.
+    bool isSame = active.size() == islandStates.size();
+    for (std::size_t k = 0; isSame && k < active.size(); ++k) {
+        isSame = active[k].before == static_cast<int>(k);
+    }
+    std::vector<IslandState> last;
+    if (!isSame) {
+        last.swap(islandStates);
+        islandStates.resize(active.size());
+    }
+    const bool sameRules = !rulesChanged && static_cast<double>(dt) == lastDt;
+    rulesChanged = false;
+    lastDt = static_cast<double>(dt);
+    parallelFor(*jobs, active.size(), 64, [&](std::size_t k) {
+        const Island& island = active[k];
+        IslandState& state = islandStates[k];
+        if (!isSame && island.before >= 0) {
+            state = std::move(last[static_cast<std::size_t>(island.before)]);
+        }
+        state.settled = false;
+        state.settles = false;
+        if (sameRules && isSettled(island, state)) {
+            settle(island, state, dt);
+        } else if (sameRules && maySettle(island, state, dt)) {
+            ControllerState& control = state.control;
+            if (control.slowSteps + 1 == control.settleAfter + settleSteps) {
+                control.slowSteps = 0;
+                control.settleAfter = std::min(2 * control.settleAfter, longestSettleAfter);
+            }
+            state.settles = ++control.slowSteps >= control.settleAfter;
+        } else {
+            state.control.slowSteps = 0;
+            state.control.settleAfter = ControllerState{}.settleAfter;
+        }
+        state.pairs = island.pairs.size();
+        state.joints = island.joints.size();
+    });
+}
+
+template struct World<float>::Impl;
+template struct World<double>::Impl;
+
+}  // namespace cairn
