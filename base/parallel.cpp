@@ -21,8 +21,11 @@ public:
     void parallelFor(std::size_t count, std::size_t grain,
                      const std::function<void(std::size_t, std::size_t)>& body) override {
         arena_.execute([&] {
-            tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain),
-                              [&](const tbb::blocked_range<std::size_t>& range) { body(range.begin(), range.end()); });
+            tbb::this_task_arena::isolate([&] {
+                tbb::parallel_for(
+                    tbb::blocked_range<std::size_t>(0, count, grain),
+                    [&](const tbb::blocked_range<std::size_t>& range) { body(range.begin(), range.end()); });
+            });
         });
     }
 

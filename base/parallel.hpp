@@ -2,6 +2,9 @@
 // Loops over the job system.
 #include <cairn/jobs.hpp>
 
+#include <algorithm>
+#include <vector>
+
 namespace cairn {
 
 // Calls body(i) for each i in [0, count).
@@ -21,6 +24,25 @@ void parallelFor(JobSystem& jobs, std::size_t count, std::size_t grain, Body&& b
             body(i);
         }
     });
+}
+
+// Sums part(begin, end) over chunks of [0, count). The chunks are the same for any number of threads, and so are the
+// bits of the sum.
+template <class T, class Part>
+T parallelSum(JobSystem& jobs, std::size_t count, std::size_t chunk, T zero, Part&& part) {
+    if (count <= chunk) {
+        zero += part(std::size_t(0), count);
+        return zero;
+    }
+    static thread_local std::vector<T> parts;
+    parts.assign((count + chunk - 1) / chunk, zero);
+    T* const to = parts.data();  // of this thread, whichever fills it
+    parallelFor(jobs, parts.size(), 1,
+                [&](std::size_t k) { to[k] = part(k * chunk, std::min(count, (k + 1) * chunk)); });
+    for (const T& one : parts) {
+        zero += one;
+    }
+    return zero;
 }
 
 }  // namespace cairn

@@ -63,31 +63,63 @@ struct ContactGeometry {
     }
 };
 
+// The directions of a manifold's rows: from a to b, and two across it.
+template <class S>
+struct ContactFrame {
+    Vec3<S> normal;
+    Vec3<S> tangent1;
+    Vec3<S> tangent2;
+};
+
 template <class S, class P>
-void linearizeContact(const ContactGeometry<S>& contact, const P& a, const P& b, bool withFriction,
-                      RowWriter<S>& rows) {
-    const Vec3<S> n = contact.direction(a, b);
+ContactFrame<S> contactFrame(const ContactGeometry<S>& contact, const P& a, const P& b) {
+    ContactFrame<S> frame;
+    frame.normal = contact.direction(a, b);
+    // In the carrier's frame, where the normal stays while the body turns: across a normal that is asked anew the
+    // tangents must not jump, or the friction that is already there pulls sideways.
+    completeBasis(contact.normal, frame.tangent1, frame.tangent2);
+    frame.tangent1 = contact.carried(frame.tangent1, a, b);
+    frame.tangent2 = contact.carried(frame.tangent2, a, b);
+    return frame;
+}
+
+// Where the forces of a point act, from the centres of mass (m, world), and its C (m).
+template <class S>
+struct ContactArms {
+    Vec3<S> a;
+    Vec3<S> b;
+    S C;
+};
+
+template <class S, class P>
+ContactArms<S> contactArms(const ContactGeometry<S>& contact, const Vec3<S>& normal, const P& a, const P& b) {
     const Vec3<S> apart = b.position - a.position;
     const Vec3<S> onA = contact.armOnA(a);
     const Vec3<S> onB = contact.armOnB(b);
-    const Vec3<S> armB = contact.particleB                                   ? Vec3<S>(Vec3<S>::Zero())
-                         : contact.particleA                                 ? Vec3<S>(-apart)
-                         : contact.carrier == ContactGeometry<S>::Carrier::B ? Vec3<S>(onA - apart)
-                                                                             : onB;
-    const Vec3<S> armA = apart + armB;
-    Row<S>& normal = rows.point(n, armA, armB, n.dot(apart + onB - onA));
-    normal.lo = S(0);
+    ContactArms<S> arms;
+    arms.b = contact.particleB                                   ? Vec3<S>(Vec3<S>::Zero())
+             : contact.particleA                                 ? Vec3<S>(-apart)
+             : contact.carrier == ContactGeometry<S>::Carrier::B ? Vec3<S>(onA - apart)
+                                                                 : onB;
+    arms.a = apart + arms.b;
+    arms.C = normal.dot(apart + onB - onA);
+    return arms;
+}
+
+template <class S>
+void linearizeContact(const ContactFrame<S>& frame, const ContactArms<S>& arms, bool withFriction, RowWriter<S>& rows) {
+    rows.point(frame.normal, arms.a, arms.b, arms.C).lo = S(0);
     if (withFriction) {
-        Vec3<S> t1;
-        Vec3<S> t2;
-        // In the carrier's frame, where the normal stays while the body turns: across a normal that is asked anew the
-        // tangents must not jump, or the friction that is already there pulls sideways.
-        completeBasis(contact.normal, t1, t2);
-        t1 = contact.carried(t1, a, b);
-        t2 = contact.carried(t2, a, b);
-        rows.point(t1, armA, armB, S(0)).isVelocity = true;
-        rows.point(t2, armA, armB, S(0)).isVelocity = true;
+        rows.point(frame.tangent1, arms.a, arms.b, S(0)).isVelocity = true;
+        rows.point(frame.tangent2, arms.a, arms.b, S(0)).isVelocity = true;
     }
+}
+
+template <class S, class P>
+void linearizeContact(const ContactGeometry<S>& contact, const P& a, const P& b, bool withFriction,
+                      RowWriter<S>& rows) {
+    const ContactFrame<S> frame = contactFrame(contact, a, b);
+    linearizeContact(frame, contactArms(contact, frame.normal, a, b), withFriction, rows);
 }
 
 }  // namespace cairn

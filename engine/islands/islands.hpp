@@ -18,6 +18,9 @@ struct Island {
     bool isDriven = false;                 // touches, or is joined to, a kinematic body that moves
 
     std::uint32_t lowest() const { return bodies.front(); }
+    // Whether threads share it, colour by colour, or islands are what they share. A thousand: with fewer a colour takes
+    // no longer than it takes to hand it out.
+    bool isLarge() const { return pairs.size() + joints.size() >= 1000; }
 };
 
 // Who takes part in a step, in rising order: moving bodies that do not sleep, and the joints between them.

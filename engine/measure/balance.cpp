@@ -41,11 +41,15 @@ Vec6<S> motionOf(const SolverBody<S>& body, S& twiceEnergy) {
 }
 
 template <class S>
+bool isDriven(const SolverBody<S>& body) {
+    return body.fixed && !body.v.isZero(S(0));
+}
+
+template <class S>
 bool touchesDriven(const Problem<S>& problem, const RowBlock<S>& block) {
     bool driven = false;
     for (int k = 0; k < block.bodyCount(); ++k) {
-        const SolverBody<S>& body = problem.bodies[static_cast<std::size_t>(block.body(k))];
-        driven = driven || (body.fixed && !body.v.isZero(S(0)));
+        driven = driven || isDriven(problem.bodies[static_cast<std::size_t>(block.body(k))]);
     }
     return driven;
 }
@@ -88,7 +92,12 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
     Sums sums;
     sums.momentumResidual = room.data();
     addBodies(problem, h, sums);
-    addRows(problem, h, balance, sums);
+    force_ = balance ? S(0) : force_;
+    addJoints(problem, h, balance, sums);
+    // Contacts add no energy, unless what moves by itself takes part.
+    if (balance || sums.drives) {
+        addContacts(problem, h, balance, sums);
+    }
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
     // nothing.
     const S gained = sums.after - kineticEnergy_ - sums.explained - static_cast<S>(unseenSpeed) * h * force_;
@@ -102,49 +111,48 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
 
 template <class S>
 void Balance<S>::addBodies(const Problem<S>& problem, S h, Sums& out) {
-    Sums sums = out;  // a copy that nothing else points to stays in registers
-    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
-        const SolverBody<S>& body = problem.bodies[i];
-        sums.explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
-        sums.weight += body.force.template head<3>().norm();
-        if (!body.fixed && !body.offset.isZero()) {
-            // An impact within the sub-step: forces did their work along the way there and the way back.
-            sums.explained += body.force.template head<3>().dot(body.offset.template head<3>());
+    out += problem.sum(problem.bodies.size(), Sums{}, [&](std::size_t begin, std::size_t end) {
+        Sums sums;
+        for (std::size_t i = begin; i < end; ++i) {
+            const SolverBody<S>& body = problem.bodies[i];
+            sums.explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
+            sums.weight += body.force.template head<3>().norm();
+            if (!body.fixed && !body.offset.isZero()) {
+                // An impact within the sub-step: forces did their work along the way there and the way back.
+                sums.explained += body.force.template head<3>().dot(body.offset.template head<3>());
+            }
+            if (body.fixed) {
+                sums.drives = sums.drives || isDriven(body);
+                continue;
+            }
+            S twiceEnergy = 0;
+            const Vec6<S> p = motionOf(body, twiceEnergy);
+            out.momentumResidual[i] = p - momentum_[i] - body.externalImpulse;
+            momentum_[i] = p;
+            sums.after += S(0.5) * twiceEnergy;
+            // Together, what the rows gave cancels, but for what came from fixed bodies.
+            sums.defect += out.momentumResidual[i].template head<3>();
         }
-        if (body.fixed) {
-            sums.drives = sums.drives || !body.v.isZero(S(0));
-            continue;
-        }
-        S twiceEnergy = 0;
-        const Vec6<S> p = motionOf(body, twiceEnergy);
-        sums.momentumResidual[i] = p - momentum_[i] - body.externalImpulse;
-        momentum_[i] = p;
-        sums.after += S(0.5) * twiceEnergy;
-        // Together, what the rows gave cancels, but for what came from fixed bodies.
-        sums.defect += sums.momentumResidual[i].template head<3>();
-    }
-    out = sums;
+        return sums;
+    });
 }
 
 template <class S>
-void Balance<S>::addRows(const Problem<S>& problem, S h, bool balance, Sums& out) {
-    Sums sums = out;
-    S force = balance ? S(0) : force_;
-    // Contacts add no energy, unless what moves by itself takes part.
-    const bool asksContacts = balance || sums.drives;
-    const std::size_t blocks = asksContacts ? problem.blocks.size() : static_cast<std::size_t>(problem.jointBlocks);
-    for (std::size_t n = 0; n < blocks; ++n) {
+void Balance<S>::give(const Problem<S>& problem, int body, const Vec6<S>& given, Sums& sums) {
+    if (problem.bodies[static_cast<std::size_t>(body)].fixed) {
+        // What the fixed body takes, the others get from outside.
+        sums.defect += given.template head<3>();
+    } else {
+        sums.momentumResidual[body] -= given;
+    }
+}
+
+template <class S>
+void Balance<S>::addJoints(const Problem<S>& problem, S h, bool balance, Sums& out) {
+    Sums sums = out;  // a copy that nothing else points to stays in registers
+    for (std::size_t n = 0; n < static_cast<std::size_t>(problem.jointBlocks); ++n) {
         const RowBlock<S>& block = problem.blocks[n];
         const bool driven = sums.drives && touchesDriven(problem, block);
-        const auto count = [&](int body, const Vec6<S>& given) {
-            const SolverBody<S>& to = problem.bodies[static_cast<std::size_t>(body)];
-            if (to.fixed) {
-                // What the fixed body takes, the others get from outside.
-                sums.defect += given.template head<3>();
-            } else {
-                sums.momentumResidual[body] -= given;
-            }
-        };
         Vec6<S> onA = Vec6<S>::Zero();
         Vec6<S> onB = Vec6<S>::Zero();
         bool gives = false;
@@ -155,27 +163,62 @@ void Balance<S>::addRows(const Problem<S>& problem, S h, bool balance, Sums& out
                 continue;
             }
             gives = true;
-            force += balance ? std::abs(row.lambda) : S(0);
-            const bool motor = block.kind == BlockKind::Bounds && row.isVelocity;
-            if (row.isSoft() || motor || driven) {
+            force_ += balance ? std::abs(row.lambda) : S(0);
+            if (row.isSoft() || row.isVelocity || driven) {
                 sums.explained += S(0.5) * p * workedOver(problem, row, block);
             }
             onA += p * row.a;
             onB += p * row.b;
         }
         if (gives && !block.particles) {
-            count(block.a, onA);
-            count(block.b, onB);
+            give(problem, block.a, onA, sums);
+            give(problem, block.b, onB, sums);
         } else if (gives) {
             for (int k = 0; k < block.bodyCount(); ++k) {
                 Vec6<S> given = Vec6<S>::Zero();
                 given.template head<3>() = (k < 2 ? onA : onB).template segment<3>(k % 2 == 0 ? 0 : 3);
-                count(block.body(k), given);
+                give(problem, block.body(k), given, sums);
             }
         }
     }
-    force_ = force;
     out = sums;
+}
+
+template <class S>
+void Balance<S>::addContacts(const Problem<S>& problem, S h, bool balance, Sums& out) {
+    const bool drives = out.drives;
+    Vec6<S>* const residual = out.momentumResidual;
+    const Sums given = problem.sumColours(Sums{}, [&](std::size_t begin, std::size_t end) {
+        Sums sums;
+        sums.momentumResidual = residual;
+        for (std::size_t c = begin; c < end; ++c) {
+            const ProblemContact<S>& contact = problem.contacts[c];
+            const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
+            const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
+            const bool driven = drives && (isDriven(a) || isDriven(b));
+            Vec6<S> onA = Vec6<S>::Zero();
+            Vec6<S> onB = Vec6<S>::Zero();
+            for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
+                 i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
+                const Vec3<S>& force = problem.points[i].force;
+                sums.force += std::abs(problem.points[i].normalForce) + problem.points[i].friction.norm();
+                const Vec3<S> p = h * force;
+                onA.template head<3>() -= p;
+                onA.template tail<3>() -= problem.contactRows[i].armA.cross(p);
+                onB.template head<3>() += p;
+                onB.template tail<3>() += problem.contactRows[i].armB.cross(p);
+            }
+            if (driven) {
+                sums.explained += S(0.5) * ((a.fixed ? S(0) : onA.dot(a.vBefore + a.v)) +
+                                            (b.fixed ? S(0) : onB.dot(b.vBefore + b.v)));
+            }
+            give(problem, contact.a, onA, sums);
+            give(problem, contact.b, onB, sums);
+        }
+        return sums;
+    });
+    out += given;
+    force_ += balance ? given.force : S(0);
 }
 
 template <class S>

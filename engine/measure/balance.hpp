@@ -25,13 +25,25 @@ private:
         S explained = 0;                      // J, that forces and rows account for
         S after = 0;                          // J, kinetic
         S weight = 0;                         // N
+        S force = 0;                          // N, that contacts carried
         bool drives = false;                  // whether a fixed body moves
         Vec3<S> defect = Vec3<S>::Zero();     // N s
         Vec6<S>* momentumResidual = nullptr;  // of each body, N s and N m s
+
+        void operator+=(const Sums& o) {
+            explained += o.explained;
+            after += o.after;
+            weight += o.weight;
+            force += o.force;
+            drives = drives || o.drives;
+            defect += o.defect;
+        }
     };
     void addBodies(const Problem<S>& problem, S h, Sums& out);
     // balance: whether the bodies' momentum is drawn up too.
-    void addRows(const Problem<S>& problem, S h, bool balance, Sums& out);
+    void addJoints(const Problem<S>& problem, S h, bool balance, Sums& out);
+    void addContacts(const Problem<S>& problem, S h, bool balance, Sums& out);
+    static void give(const Problem<S>& problem, int body, const Vec6<S>& given, Sums& sums);
     static void storeResiduals(Problem<S>& problem, const Sums& sums, SolveReport& report);
 
     bool balances_ = true;

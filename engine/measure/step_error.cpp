@@ -28,37 +28,26 @@ public:
         for (std::size_t k = 0; k < static_cast<std::size_t>(problem_.jointBlocks); ++k) {
             joint(problem_.blocks[k], error);
         }
-        for (const ProblemContact<S>& met : problem_.contacts) {
-            if (met.count == 0) {
-                continue;
+        error += problem_.sum(problem_.contacts.size(), IslandError{}, [&](std::size_t begin, std::size_t end) {
+            IslandError sum;
+            for (std::size_t c = begin; c < end; ++c) {
+                contact(problem_.contacts[c], sum);
             }
-            const Placement<S> a(problem_.bodies[static_cast<std::size_t>(met.a)].pose);
-            const Placement<S> b(problem_.bodies[static_cast<std::size_t>(met.b)].pose);
-            const RowBlock<S>* block =
-                &problem_.blocks[static_cast<std::size_t>(problem_.jointBlocks + met.firstPoint)];
-            const double asked = tolerance(*block);
-            IslandError sum = error;  // a copy that nothing else points to stays in registers
-            for (int k = met.firstPoint; k < met.firstPoint + met.count; ++k) {
-                ProblemPoint<S>& point = problem_.points[static_cast<std::size_t>(k)];
-                const S before = std::min(S(0), point.separation);
-                const S separation = point.geometry.separation(a, b);
-                sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
-                point.error = contact(*block++, separation, asked, sum);
-            }
-            error = sum;
-        }
+            return sum;
+        });
     }
 
 private:
+    const SolverBody<S>& bodyAt(int i) const { return problem_.bodies[static_cast<std::size_t>(i)]; }
     // The tolerance that bodies of the block ask for, m; 0: none.
     double tolerance(const RowBlock<S>& block) const {
         double tightest = accuracy_.position;
         for (int k = 0; k < block.bodyCount(); ++k) {
-            tightest = tighter(tightest, problem_.bodies[static_cast<std::size_t>(block.body(k))].tolerance);
+            tightest = tighter(tightest, bodyAt(block.body(k)).tolerance);
         }
         return tightest;
     }
-    // asked: tolerance() of the block.
+    // asked: the tolerance of the bodies.
     void count(double asked, S position, S velocity, IslandError& sum) const {
         sum.position = std::max(sum.position, static_cast<double>(position));
         sum.velocity = std::max(sum.velocity, static_cast<double>(velocity));
@@ -127,57 +116,77 @@ private:
               sum);
     }
 
-    S contact(const RowBlock<S>& block, S separation, double asked, IslandError& sum) const {
-        const Row<S>* row = &problem_.rows[static_cast<std::size_t>(block.first)];
-        if (separation >= S(0) && row[0].lambda == S(0)) {
-            return S(0);
+    void contact(const ProblemContact<S>& met, IslandError& sum) {
+        if (met.count == 0) {
+            return;
         }
-        const RowResponse<S>* response = &problem_.responses[static_cast<std::size_t>(block.first)];
-        const S delassus = response[0].delassus;
-        const S residual = std::min(separation, delassus * h_ * h_ * row[0].lambda);
+        const Placement<S> a(bodyAt(met.a).pose);
+        const Placement<S> b(bodyAt(met.b).pose);
+        const double asked = tighter(tighter(accuracy_.position, bodyAt(met.a).tolerance), bodyAt(met.b).tolerance);
+        for (std::size_t i = static_cast<std::size_t>(met.firstPoint);
+             i < static_cast<std::size_t>(met.firstPoint + met.count); ++i) {
+            ProblemPoint<S>& point = problem_.points[i];
+            const S before = std::min(S(0), point.separation);
+            const S separation = problem_.geometry[i].separation(a, b);
+            sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
+            point.error = separation >= S(0) && point.normalForce == S(0)
+                              ? S(0)
+                              : touching(met, problem_.contactRows[i], point, separation, asked, sum);
+        }
+    }
+
+    // Gives the error of position, m.
+    S touching(const ProblemContact<S>& met, const ContactRows<S>& rows, const ProblemPoint<S>& point, S separation,
+               double asked, IslandError& sum) const {
+        const S lambda[3] = {point.normalForce, point.friction.dot(met.frame.tangent1),
+                             point.friction.dot(met.frame.tangent2)};
+        const S delassus = rows.delassus[0];
+        const S residual = std::min(separation, delassus * h_ * h_ * lambda[0]);
         sum.constraint += static_cast<double>(residual * residual / (delassus * h_ * h_));
         S slip = 0;
         S u[2] = {0, 0};
-        const S mu = block.count == 3 ? frictionCoefficient(problem_, block) : S(0);
-        if (block.count == 3) {
+        const S mu = met.hasFriction() ? frictionCoefficient(problem_, met, rows) : S(0);
+        if (met.hasFriction()) {
             // Roots are dear beside the rest: most contacts are within the cone, and stick.
-            const S cone = mu * row[0].lambda + static_cast<S>(sum.cone);
-            if (const S force = square(row[1].lambda) + square(row[2].lambda); force > cone * cone) {
-                sum.cone = static_cast<double>(std::sqrt(force) - mu * row[0].lambda);
+            const S cone = mu * lambda[0] + static_cast<S>(sum.cone);
+            if (const S force = square(lambda[1]) + square(lambda[2]); force > cone * cone) {
+                sum.cone = static_cast<double>(std::sqrt(force) - mu * lambda[0]);
             }
-            const S across = S(0.5) * (response[1].delassus + response[2].delassus);
+            const Vec3<S> speed = pointSpeed(rows, bodyAt(met.a).v, bodyAt(met.b).v);
+            u[0] = speed.dot(met.frame.tangent1);
+            u[1] = speed.dot(met.frame.tangent2);
+            const S across = S(0.5) * (rows.delassus[1] + rows.delassus[2]);
             S wanted[2];
             for (int t = 0; t < 2; ++t) {
-                u[t] = problem_.rowVelocity(row[1 + t], block);
-                wanted[t] = across * h_ * row[1 + t].lambda - u[t];
+                wanted[t] = across * h_ * lambda[1 + t] - u[t];
             }
-            const S limit = across * h_ * mu * row[0].lambda;
+            const S limit = across * h_ * mu * lambda[0];
             if (square(wanted[0]) + square(wanted[1]) > square(limit)) {
                 ontoDisc(limit, wanted[0], wanted[1]);
             }
             for (int t = 0; t < 2; ++t) {
-                slip += square(across * h_ * row[1 + t].lambda - wanted[t]);
+                slip += square(across * h_ * lambda[1 + t] - wanted[t]);
             }
             sum.constraint += static_cast<double>(slip / across);
             slip = std::sqrt(slip);
         }
-        const S drift = std::abs(residual - carriedOver(row[0].C, residual, true));
+        const S drift = std::abs(residual - carriedOver(rows.C, residual, true));
         // Depth is measured on the contacts of the new poses.
         const S position = std::max({S(0), residual, dt_ * slip});
         count(asked, position, std::max(drift / h_, slip), sum);
         if (accuracy_.coulomb) {
-            sum.coulomb += coulomb(row, block, separation, delassus, mu, u);
+            const S un = (separation - std::min(rows.C, S(0))) / h_;
+            sum.coulomb += coulomb({h_ * lambda[0], h_ * lambda[1], h_ * lambda[2]}, {un, u[0], u[1]}, delassus, mu);
         }
         return position;
     }
 
-    // |r - P_K(r - (u_n + mu |u_t|, u_t) / A)|^2 A, J, K the cone |r_t| <= mu r_n (De Saxce; theory 9.19). u_n is
-    // the speed of the gap that the sub-step leaves, what was deep before it aside.
-    double coulomb(const Row<S>* row, const RowBlock<S>& block, S separation, S delassus, S mu, const S* u) const {
-        const S un = (separation - std::min(row[0].C, S(0))) / h_ + mu * planeLength(u[0], u[1]);
-        const S r[3] = {h_ * row[0].lambda, block.count == 3 ? h_ * row[1].lambda : S(0),
-                        block.count == 3 ? h_ * row[2].lambda : S(0)};
-        S to[3] = {r[0] - un / delassus, r[1] - u[0] / delassus, r[2] - u[1] / delassus};
+    // |r - P_K(r - (u_n + mu |u_t|, u_t) / A)|^2 A, J, K the cone |r_t| <= mu r_n (De Saxce; theory 9.19), for the
+    // impulse r (N s) and the speed u (m/s), of the normal first. u_n is the speed of the gap that the sub-step leaves,
+    // what was deep before it aside.
+    static double coulomb(const Vec3<S>& r, Vec3<S> u, S delassus, S mu) {
+        u[0] += mu * planeLength(u[1], u[2]);
+        Vec3<S> to = r - u / delassus;
         const S across = planeLength(to[1], to[2]);
         if (across > mu * to[0]) {
             const S along = std::max(S(0), (to[0] + mu * across) / (S(1) + mu * mu));
@@ -186,7 +195,7 @@ private:
             }
             to[0] = along;
         }
-        return static_cast<double>(delassus * (square(r[0] - to[0]) + square(r[1] - to[1]) + square(r[2] - to[2])));
+        return static_cast<double>(delassus * (r - to).squaredNorm());
     }
     static S square(S x) { return x * x; }
 

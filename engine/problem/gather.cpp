@@ -1,6 +1,7 @@
 #include "engine/problem/gather.hpp"
 #include "engine/contacts/internal_edges.hpp"
 #include "engine/model/gyroscopics.hpp"
+#include "engine/problem/colouring.hpp"
 
 namespace cairn {
 namespace {
@@ -89,9 +90,13 @@ template <class S>
 void Gatherer<S>::gather() {
     problem_.clear();
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
-    for (const std::uint32_t i : island_.bodies) {
-        problem_.bodies.push_back(solverBody(i, world_.bodies[i], world_.motion));
-    }
+    problem_.jobs = island_.isLarge() ? world_.jobs : nullptr;
+    problem_.isDriven = island_.isDriven;
+    problem_.bodies.resize(island_.bodies.size());
+    problem_.forEach(island_.bodies.size(), [&](std::size_t k) {
+        const std::uint32_t i = island_.bodies[k];
+        problem_.bodies[k] = solverBody(i, world_.bodies[i], world_.motion);
+    });
     for (const std::uint32_t j : island_.joints) {
         const Joint<S>& joint = world_.joints[j];
         std::array<int, 4> body{-1, -1, -1, -1};
@@ -119,6 +124,7 @@ void Gatherer<S>::gather() {
         placeOf(pair.pair.a);
         placeOf(pair.pair.b);
     }
+    colourJoints();
     fillContacts();
 }
 
@@ -129,50 +135,109 @@ void Gatherer<S>::gatherContacts() {
 }
 
 template <class S>
+void Gatherer<S>::colourJoints() {
+    if (problem_.jobs == nullptr || problem_.joints.size() + problem_.locks.size() == 0) {
+        return;
+    }
+    std::vector<Pushed> joints;
+    for (const typename Problem<S>::JointLink& link : problem_.joints) {
+        const auto at = [&](int body) { return body < 0 ? -1 : pushed(body); };
+        joints.push_back({at(link.a), at(link.b), at(link.c), at(link.d)});
+    }
+    for (const typename Problem<S>::LockLink& lock : problem_.locks) {
+        joints.push_back({lock.b, -1, -1, -1});
+    }
+    Colouring colouring;
+    findColours(joints, problem_.bodies.size(), colouring);
+    problem_.jointOrder = std::move(colouring.order);
+    problem_.jointColours = std::move(colouring.ends);
+}
+
+template <class S>
+void Gatherer<S>::colourContacts() {
+    static thread_local std::vector<Pushed> pushedBy;
+    static thread_local std::vector<ProblemContact<S>> inOrder;
+    static thread_local Colouring colouring;
+    pushedBy.clear();
+    for (const ProblemContact<S>& contact : problem_.contacts) {
+        pushedBy.push_back({pushed(contact.a), pushed(contact.b), -1, -1});
+    }
+    findColours(pushedBy, problem_.bodies.size(), colouring);
+    problem_.contactColours = colouring.ends;
+    inOrder.clear();
+    for (const std::uint32_t c : colouring.order) {
+        inOrder.push_back(problem_.contacts[c]);
+    }
+    std::swap(inOrder, problem_.contacts);
+}
+
+template <class S>
 void Gatherer<S>::fillContacts() {
     problem_.contacts.clear();
-    problem_.points.clear();
     for (const std::uint32_t p : island_.pairs) {
         const PairContacts<S>& pair = world_.contacts.pairs()[p];
-        const Body<S>& bodyA = world_.bodies[pair.pair.a];
-        const Body<S>& bodyB = world_.bodies[pair.pair.b];
-        for (const ContactManifold<S>& manifold : pair.manifolds) {
-            const int a = placeOf(pair.pair.a);
-            const int b = placeOf(pair.pair.b);
-            problem_.contacts.push_back({a, b, static_cast<int>(problem_.points.size()), manifold.count,
-                                         manifold.friction, manifold.staticFriction, manifold.restitution});
-            for (const ContactPointState<S>& from : manifold.inForce()) {
-                ProblemPoint<S>& point = problem_.points.emplace_back();
-                point.geometry = contactGeometry(manifold, from, bodyA, bodyB);
-                point.separation = from.separation;
-                point.normalForce = from.normalForce;
-                point.friction = from.friction;
-                point.slip = from.slip;
-                point.impulse = from.impulse;
-                point.normalImpulse = from.normalImpulse;
-                point.error = from.error;
-            }
+        for (std::uint32_t m = 0; m < pair.manifolds.size(); ++m) {
+            const ContactManifold<S>& manifold = pair.manifolds[m];
+            ProblemContact<S>& contact = problem_.contacts.emplace_back();
+            contact.pair = p;
+            contact.manifold = m;
+            contact.a = placeOf(pair.pair.a);
+            contact.b = placeOf(pair.pair.b);
+            contact.count = manifold.count;
+            contact.friction = manifold.friction;
+            contact.staticFriction = manifold.staticFriction;
+            contact.restitution = manifold.restitution;
         }
     }
+    if (problem_.jobs != nullptr) {
+        colourContacts();
+    }
+    int count = 0;
+    for (ProblemContact<S>& contact : problem_.contacts) {
+        contact.firstPoint = count;
+        count += contact.count;
+    }
+    problem_.points.resize(static_cast<std::size_t>(count));
+    problem_.geometry.resize(static_cast<std::size_t>(count));
+    problem_.forEach(problem_.contacts.size(), [&](std::size_t c) { fillPoints(problem_.contacts[c]); });
     problem_.startContacts();
 }
 
 template <class S>
-void Gatherer<S>::handContactsBack() {
-    const ProblemPoint<S>* from = problem_.points.data();
-    for (const std::uint32_t p : island_.pairs) {
-        for (ContactManifold<S>& manifold : world_.contacts.pairs()[p].manifolds) {
-            for (ContactPointState<S>& point : manifold.inForce()) {
-                point.normalForce = from->normalForce;
-                point.friction = from->friction;
-                point.slip = from->slip;
-                point.impulse = from->impulse;
-                point.normalImpulse = from->normalImpulse;
-                point.error = from->error;
-                ++from;
-            }
-        }
+void Gatherer<S>::fillPoints(const ProblemContact<S>& contact) {
+    const PairContacts<S>& pair = world_.contacts.pairs()[contact.pair];
+    const ContactManifold<S>& manifold = pair.manifolds[contact.manifold];
+    ProblemPoint<S>* point = problem_.points.data() + contact.firstPoint;
+    ContactGeometry<S>* geometry = problem_.geometry.data() + contact.firstPoint;
+    for (const ContactPointState<S>& from : manifold.inForce()) {
+        *geometry++ = contactGeometry(manifold, from, world_.bodies[pair.pair.a], world_.bodies[pair.pair.b]);
+        point->separation = from.separation;
+        point->normalForce = from.normalForce;
+        point->friction = from.friction;
+        point->slip = from.slip;
+        point->impulse = from.impulse;
+        point->normalImpulse = from.normalImpulse;
+        point->error = from.error;
+        ++point;
     }
+}
+
+template <class S>
+void Gatherer<S>::handContactsBack() {
+    problem_.forEach(problem_.contacts.size(), [&](std::size_t c) {
+        const ProblemContact<S>& contact = problem_.contacts[c];
+        const ProblemPoint<S>* from = problem_.points.data() + contact.firstPoint;
+        for (ContactPointState<S>& point :
+             world_.contacts.pairs()[contact.pair].manifolds[contact.manifold].inForce()) {
+            point.normalForce = from->normalForce;
+            point.friction = from->friction;
+            point.slip = from->slip;
+            point.impulse = from->impulse;
+            point.normalImpulse = from->normalImpulse;
+            point.error = from->error;
+            ++from;
+        }
+    });
 }
 
 template <class S>

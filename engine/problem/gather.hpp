@@ -23,6 +23,7 @@ struct WorldTables {
     ContactTable<S>& contacts;
     Islands<S>& islands;
     MotionSettings<S> motion;
+    JobSystem* jobs = nullptr;  // that share a large island (Island::isLarge())
 };
 
 template <class S>
@@ -44,7 +45,11 @@ private:
     // The place of a body in the problem; a fixed one is added when it is first met.
     int placeOf(std::uint32_t body);
     void fillContacts();
+    void fillPoints(const ProblemContact<S>& contact);
+    void colourContacts();
+    void colourJoints();
     void handContactsBack();
+    int pushed(int body) const { return problem_.bodies[static_cast<std::size_t>(body)].fixed ? -1 : body; }
     const WorldTables<S>& world_;
     const Island& island_;
     Problem<S>& problem_;

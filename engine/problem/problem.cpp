@@ -48,88 +48,147 @@ void Problem<S>::clear() {
     bodies.clear();
     contacts.clear();
     points.clear();
+    geometry.clear();
     joints.clear();
     locks.clear();
     jointLambda.clear();
     jointImpulse.clear();
-    given_.clear();
+    jointGiven_.clear();
+    pointGiven_.clear();
     impacts_.clear();
+    contactColours.clear();
+    jointColours.clear();
+    jointOrder.clear();
+    jobs = nullptr;
+    isDriven = false;
 }
 
 template <class S>
 void Problem<S>::startContacts() {
-    for (const ProblemContact<S>& contact : contacts) {
+    forEach(contacts.size(), [&](std::size_t c) {
+        const ProblemContact<S>& contact = contacts[c];
         for (int k = 0; k < contact.count; ++k) {
-            points[static_cast<std::size_t>(contact.firstPoint + k)].geometry.startStep(poseOf(contact.a),
-                                                                                        poseOf(contact.b));
+            geometry[static_cast<std::size_t>(contact.firstPoint + k)].startStep(poseOf(contact.a), poseOf(contact.b));
         }
+    });
+}
+
+template <class S>
+void SolverBody<S>::predict(S h) {
+    vBefore = v;
+    externalImpulse.setZero();
+    gyroMomentum.setZero();
+    offset.setZero();
+    if (fixed) {
+        return;
+    }
+    if (gyroscopic != GyroscopicRule::None || !stiffening.isZero()) {
+        refreshInertia();
+    }
+    v += h * applyInverseMass(force);
+    if (linearDecay > S(0)) {
+        v.template head<3>() *= std::exp(-linearDecay * h);
+    }
+    if (angularDecay > S(0)) {
+        v.template tail<3>() *= std::exp(-angularDecay * h);
+    }
+    externalImpulse = applyMass(v - vBefore);
+    if (gyroscopic != GyroscopicRule::None) {
+        const Mat3<S> R = pose.rotation.toRotationMatrix();
+        const Vec3<S> w = v.template tail<3>();
+        const Vec3<S> local = R.transpose() * w;
+        const Vec3<S> mean = R * freeSpin(gyroscopic, localInertia, local, h).mean;
+        gyroMomentum = inertia * w;
+        if (gyroscopicInertia) {
+            inverseInertia = R * spinResponse(gyroscopic, localInertia, local, h) * R.transpose();
+            inertia = inverseInertia.inverse();
+            holdsInertia = true;
+            inertiaAt.coeffs().setZero();
+        }
+        gyroMomentum -= inertia * mean;
+        v.template tail<3>() = mean;
+    }
+}
+
+template <class S>
+void SolverBody<S>::integrate(S h) {
+    const Vec3<S> w = v.template tail<3>();
+    pose = moved(v, h);
+    if (particle || gyroscopic == GyroscopicRule::None) {
+        return;
+    }
+    // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
+    const Vec3<S> momentum = inertia * w - stiffening.cwiseProduct(w) + gyroMomentum;
+    holdsInertia = false;
+    refreshInertia();
+    if (carriesMomentum(gyroscopic)) {
+        v.template tail<3>() = inverseInertia * momentum;
     }
 }
 
 template <class S>
 void Problem<S>::predict(S h) {
     impacts_.clear();
-    for (SolverBody<S>& body : bodies) {
-        body.vBefore = body.v;
-        body.externalImpulse.setZero();
-        body.gyroMomentum.setZero();
-        body.offset.setZero();
-        if (body.fixed) {
-            continue;
+    forEach(bodies.size(), [&](std::size_t i) { bodies[i].predict(h); });
+}
+
+template <class S>
+void Problem<S>::integrate(S h) {
+    forEach(bodies.size(), [&](std::size_t i) { bodies[i].integrate(h); });
+}
+
+template <class S>
+void Problem<S>::placeContacts() {
+    contactRows.resize(points.size());
+    forEach(contacts.size(), [&](std::size_t c) {
+        ProblemContact<S>& contact = contacts[c];
+        if (contact.count == 0) {
+            return;
         }
-        if (body.gyroscopic != GyroscopicRule::None || !body.stiffening.isZero()) {
-            body.refreshInertia();
+        const Placement<S> a(poseOf(contact.a));
+        const Placement<S> b(poseOf(contact.b));
+        const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
+        contact.frame = contactFrame(geometry[first], a, b);
+        for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
+            contactRows[i].place(contactArms(geometry[i], contact.frame.normal, a, b));
         }
-        body.v += h * body.applyInverseMass(body.force);
-        if (body.linearDecay > S(0)) {
-            body.v.template head<3>() *= std::exp(-body.linearDecay * h);
+    });
+}
+
+template <class S>
+void Problem<S>::beginRows() {
+    rows.clear();
+    blocks.clear();
+    forEach(bodies.size(), [&](std::size_t i) {
+        if (!bodies[i].fixed && !bodies[i].holdsInertia) {
+            bodies[i].refreshInertia();
         }
-        if (body.angularDecay > S(0)) {
-            body.v.template tail<3>() *= std::exp(-body.angularDecay * h);
-        }
-        body.externalImpulse = body.applyMass(body.v - body.vBefore);
-        if (body.gyroscopic != GyroscopicRule::None) {
-            const Mat3<S> R = body.pose.rotation.toRotationMatrix();
-            const Vec3<S> w = body.v.template tail<3>();
-            const Vec3<S> local = R.transpose() * w;
-            const Vec3<S> mean = R * freeSpin(body.gyroscopic, body.localInertia, local, h).mean;
-            body.gyroMomentum = body.inertia * w;
-            if (body.gyroscopicInertia) {
-                body.inverseInertia = R * spinResponse(body.gyroscopic, body.localInertia, local, h) * R.transpose();
-                body.inertia = body.inverseInertia.inverse();
-                body.holdsInertia = true;
-                body.inertiaAt.coeffs().setZero();
-            }
-            body.gyroMomentum -= body.inertia * mean;
-            body.v.template tail<3>() = mean;
-        }
-    }
+    });
+    linearizeJoints(rows, blocks);
+    jointBlocks = static_cast<int>(blocks.size());
+    placeContacts();
+}
+
+template <class S>
+void Problem<S>::linearizeCompact() {
+    beginRows();
+    respond();
 }
 
 template <class S>
 void Problem<S>::linearize() {
-    rows.clear();
-    blocks.clear();
-    rows.reserve(3 * points.size());
-    blocks.reserve(joints.size() + locks.size() + points.size());
-    for (SolverBody<S>& body : bodies) {
-        if (!body.fixed && !body.holdsInertia) {
-            body.refreshInertia();
-        }
-    }
-    linearizeJoints(rows, blocks);
-    jointBlocks = static_cast<int>(blocks.size());
+    beginRows();
+    rows.reserve(rows.size() + 3 * points.size());
+    blocks.reserve(blocks.size() + points.size());
     contactOfPoint_.resize(points.size());
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const ProblemContact<S>& contact = contacts[c];
-        const Placement<S> a(poseOf(contact.a));
-        const Placement<S> b(poseOf(contact.b));
         for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
              i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
             const ProblemPoint<S>& point = points[i];
             contactOfPoint_[i] = static_cast<int>(c);
             RowBlock<S>& block = blocks.emplace_back();
-            linearizePoint(contact, point, a, b, rows, block);
+            writeRows(contact, i, rows, block);
             Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
             row[0].lambda = point.normalForce;
             for (int t = 1; t < block.count; ++t) {
@@ -138,6 +197,12 @@ void Problem<S>::linearize() {
         }
     }
     respond();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const RowBlock<S>& block = blocks[static_cast<std::size_t>(jointBlocks) + i];
+        for (int r = 0; r < block.count; ++r) {
+            contactRows[i].delassus[r] = responses[static_cast<std::size_t>(block.first + r)].delassus;
+        }
+    }
 }
 
 template <class S>
@@ -192,12 +257,13 @@ RowResponse<S> Problem<S>::responseOf(const Row<S>& row, const RowBlock<S>& bloc
 template <class S>
 void Problem<S>::respond() {
     responses.resize(rows.size());
-    for (const RowBlock<S>& block : blocks) {
+    forEach(blocks.size(), [&](std::size_t k) {
+        const RowBlock<S>& block = blocks[k];
         for (std::size_t i = static_cast<std::size_t>(block.first);
              i < static_cast<std::size_t>(block.first + block.count); ++i) {
             responses[i] = responseOf(rows[i], block);
         }
-    }
+    });
 }
 
 template <class S>
@@ -216,9 +282,8 @@ void Problem<S>::linearizeJoint(const JointLink& link, std::vector<Row<S>>& out,
 }
 
 template <class S>
-template <class P>
-void Problem<S>::linearizePoint(const ProblemContact<S>& contact, const ProblemPoint<S>& point, const P& a, const P& b,
-                                std::vector<Row<S>>& out, RowBlock<S>& block) const {
+void Problem<S>::writeRows(const ProblemContact<S>& contact, std::size_t point, std::vector<Row<S>>& out,
+                           RowBlock<S>& block) const {
     block.a = contact.a;
     block.b = contact.b;
     block.kind = BlockKind::Contact;
@@ -226,7 +291,8 @@ void Problem<S>::linearizePoint(const ProblemContact<S>& contact, const ProblemP
     block.friction = contact.friction;
     block.staticFriction = contact.staticFriction;
     RowWriter<S> writer(out, block);
-    linearizeContact(point.geometry, a, b, contact.hasFriction(), writer);
+    const ContactRows<S>& placed = contactRows[point];
+    linearizeContact<S>(contact.frame, {placed.armA, placed.armB, placed.C}, contact.hasFriction(), writer);
 }
 
 template <class S>
@@ -242,8 +308,12 @@ void Problem<S>::relinearize(std::size_t k) {
         linearizeLock(locks[k - joints.size()], scratch, block);
     } else {
         const std::size_t i = k - static_cast<std::size_t>(jointBlocks);
-        const ProblemContact<S>& contact = contacts[static_cast<std::size_t>(contactOfPoint_[i])];
-        linearizePoint(contact, points[i], poseOf(contact.a), poseOf(contact.b), scratch, block);
+        ProblemContact<S>& contact = contacts[static_cast<std::size_t>(contactOfPoint_[i])];
+        const Pose<S>& a = poseOf(contact.a);
+        const Pose<S>& b = poseOf(contact.b);
+        contact.frame = contactFrame(geometry[i], a, b);
+        contactRows[i].place(contactArms(geometry[i], contact.frame.normal, a, b));
+        writeRows(contact, i, scratch, block);
     }
     blocks[k].armA = block.armA;
     blocks[k].armB = block.armB;
@@ -281,77 +351,91 @@ void Problem<S>::contactErrors(std::vector<S>& C) const {
         const Placement<S> b(poseOf(contact.b));
         for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
              i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
-            C[i] = points[i].geometry.separation(a, b);
-        }
-    }
-}
-
-template <class S>
-void Problem<S>::integrate(S h) {
-    for (SolverBody<S>& body : bodies) {
-        const Vec3<S> w = body.v.template tail<3>();
-        body.pose = body.moved(body.v, h);
-        if (body.particle || body.gyroscopic == GyroscopicRule::None) {
-            continue;
-        }
-        // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
-        const Vec3<S> momentum = body.inertia * w - body.stiffening.cwiseProduct(w) + body.gyroMomentum;
-        body.holdsInertia = false;
-        body.refreshInertia();
-        if (carriesMomentum(body.gyroscopic)) {
-            body.v.template tail<3>() = body.inverseInertia * momentum;
+            C[i] = geometry[i].separation(a, b);
         }
     }
 }
 
 template <class S>
 void Problem<S>::handImpulsesOn() {
-    if (given_.empty()) {
+    if (jointGiven_.empty() && pointGiven_.empty()) {
         return;
     }
     jointImpulse.resize(joints.size());
     for (std::size_t k = 0; k < joints.size(); ++k) {
-        jointImpulse[k] += given_[k];
+        jointImpulse[k].a += jointGiven_[k].a;
+        jointImpulse[k].b += jointGiven_[k].b;
     }
-    const Given* given = given_.data() + jointBlocks;
-    for (ProblemPoint<S>& point : points) {
-        point.impulse += given->b.template head<3>();
-        point.normalImpulse += given->normal;
-        ++given;
-    }
-    given_.clear();
+    forEach(points.size(), [&](std::size_t i) {
+        points[i].impulse += pointGiven_[i].impulse;
+        points[i].normalImpulse += pointGiven_[i].normal;
+    });
+    beginImpulses();
 }
 
 template <class S>
-void Problem<S>::storeLambda(S h) {
-    given_.resize(blocks.size());
-    for (std::size_t k = 0; k < blocks.size(); ++k) {
-        for (int r = 0; r < blocks[k].count; ++r) {
-            const Row<S>& row = rows[static_cast<std::size_t>(blocks[k].first + r)];
-            if (row.lambda != S(0)) {
-                given_[k] += given(k, row, h * row.lambda);
-            }
-        }
-    }
-    for (const auto& [block, impact] : impacts_) {
-        given_[block] += impact;
+void Problem<S>::storeJointLambda(S h) {
+    jointGiven_.resize(static_cast<std::size_t>(jointBlocks));
+    pointGiven_.resize(points.size());
+    for (const auto& [point, impact] : impacts_) {
+        pointGiven_[point] += impact;
     }
     jointLambda.clear();
     for (std::size_t k = 0; k < static_cast<std::size_t>(jointBlocks); ++k) {
         for (int r = 0; r < blocks[k].count; ++r) {
-            jointLambda.push_back(rows[static_cast<std::size_t>(blocks[k].first + r)].lambda);
+            const Row<S>& row = rows[static_cast<std::size_t>(blocks[k].first + r)];
+            jointLambda.push_back(row.lambda);
+            if (row.lambda != S(0)) {
+                jointGiven_[k].a += h * row.lambda * row.a;
+                jointGiven_[k].b += h * row.lambda * row.b;
+            }
         }
     }
-    for (std::size_t k = static_cast<std::size_t>(jointBlocks); k < blocks.size(); ++k) {
-        const Row<S>* row = &rows[static_cast<std::size_t>(blocks[k].first)];
-        ProblemPoint<S>& point = pointOf(k);
-        point.normalForce = row[0].lambda;
-        point.slip.setZero();
-        point.friction.setZero();
-        for (int t = 1; t < blocks[k].count; ++t) {
-            point.friction += row[t].lambda * row[t].b.template head<3>();
+}
+
+template <class S>
+void Problem<S>::keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force) {
+    ProblemPoint<S>& point = points[i];
+    point.normalForce = normalForce;
+    point.friction = friction;
+    point.force = force;
+    point.slip.setZero();
+}
+
+template <class S>
+void Problem<S>::storeLambda(S h) {
+    storeJointLambda(h);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const RowBlock<S>& block = blocks[static_cast<std::size_t>(jointBlocks) + i];
+        const Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
+        Vec3<S> friction = Vec3<S>::Zero();
+        for (int t = 1; t < block.count; ++t) {
+            friction += row[t].lambda * row[t].b.template head<3>();
         }
+        const Vec3<S> force = row[0].lambda * row[0].b.template head<3>() + friction;
+        keepForces(i, row[0].lambda, friction, force);
+        pointGiven_[i] += {h * force, h * row[0].lambda};
     }
+}
+
+template <class S>
+void Problem<S>::storeCompactLambda(S h) {
+    storeJointLambda(h);
+    const S perTime = S(1) / h;
+    const bool isAsked = limits.isFirst || limits.isLast || isDriven;
+    forEach(contacts.size(), [&](std::size_t c) {
+        const ProblemContact<S>& contact = contacts[c];
+        for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
+             i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
+            const S* p = contactRows[i].impulse;
+            const Vec3<S> friction = p[1] * contact.frame.tangent1 + p[2] * contact.frame.tangent2;
+            const Vec3<S> impulse = p[0] * contact.frame.normal + friction;
+            pointGiven_[i] += {impulse, p[0]};
+            if (isAsked) {
+                keepForces(i, perTime * p[0], perTime * friction, perTime * impulse);
+            }
+        }
+    });
 }
 
 template struct SolverBody<float>;

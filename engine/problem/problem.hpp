@@ -2,8 +2,9 @@
 // The flat problem: what a solver sees of an island, and all that it sees. Bodies, contacts, joints and locks in arrays
 // of their own; the world's are read when it is gathered and written when it is handed back (gather.hpp). It offers the
 // same rows to every solver.
-#include "engine/constraints/contact.hpp"
+#include "base/parallel.hpp"
 #include "engine/constraints/joint.hpp"
+#include "engine/problem/contact_rows.hpp"
 #include "engine/problem/solve_report.hpp"
 #include "engine/problem/solver_body.hpp"
 #include "engine/problem/solver_memory.hpp"
@@ -14,10 +15,10 @@ namespace cairn {
 // A contact point.
 template <class S>
 struct ProblemPoint {
-    ContactGeometry<S> geometry;
     S separation = 0;                    // m, at the start of the step
     S normalForce = 0;                   // N, of the last solve, as the next two
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes
+    Vec3<S> force = Vec3<S>::Zero();     // N, on b, world axes: both together, as they were given in the last sub-step
     Vec3<S> slip = Vec3<S>::Zero();      // m, world axes: how far b has slipped against a while it should have stuck
     Vec3<S> impulse = Vec3<S>::Zero();   // N s of the step, on b, world axes; and of it along the normal
     S normalImpulse = 0;
@@ -27,6 +28,8 @@ struct ProblemPoint {
 // The points of one manifold: a range of Problem::points.
 template <class S>
 struct ProblemContact {
+    std::uint32_t pair = 0;  // of the world's table, and its manifold that this is
+    std::uint32_t manifold = 0;
     int a = -1;  // bodies
     int b = -1;
     int firstPoint = 0;
@@ -34,6 +37,7 @@ struct ProblemContact {
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
+    ContactFrame<S> frame{};  // in this sub-step
 
     bool hasFriction() const { return friction > S(0) || staticFriction > S(0); }
 };
@@ -52,15 +56,18 @@ struct Problem {
         int fixedBody, b;       // fixedBody: a static stand-in for the world
         std::vector<S> lambda;  // of its rows, after the last step
     };
-    // What a block gave, laid out as the gradients of its rows are: N s, N m s.
-    struct Given {
+    // What a joint gave, laid out as the gradients of its rows are: N s, N m s.
+    struct JointGiven {
         Vec6<S> a = Vec6<S>::Zero();
         Vec6<S> b = Vec6<S>::Zero();
-        S normal = 0;  // of a contact, along its normal
+    };
+    // What a contact point gave: N s, on b, world axes; and along its normal.
+    struct PointGiven {
+        Vec3<S> impulse = Vec3<S>::Zero();
+        S normal = 0;
 
-        void operator+=(const Given& o) {
-            a += o.a;
-            b += o.b;
+        void operator+=(const PointGiven& o) {
+            impulse += o.impulse;
             normal += o.normal;
         }
     };
@@ -68,21 +75,33 @@ struct Problem {
     std::vector<SolverBody<S>> bodies;
     std::vector<ProblemContact<S>> contacts;
     std::vector<ProblemPoint<S>> points;
+    std::vector<ContactGeometry<S>> geometry;  // by contact point
     std::vector<JointLink> joints;
     std::vector<LockLink> locks;
-    std::vector<S> jointLambda;       // of the rows of joints and locks after the last solve; empty: none in this step
-    std::vector<Given> jointImpulse;  // of the step, by joint
+    std::vector<S> jointLambda;  // of the rows of joints and locks after the last solve; empty: none in this step
+    std::vector<JointGiven> jointImpulse;  // of the step, by joint
 
     // The bodies as they were when the step began, and the sub-step if it is a later one.
     std::vector<SolverBody<S>> atStep;
     std::vector<SolverBody<S>> atSubstep;
 
-    // Rows of this sub-step: joints first, then locks, then contact points, a block each.
+    // Rows of this sub-step: joints first, then locks, then contact points, a block each; or, for solvers that know
+    // contacts in short, without the latter.
     std::vector<Row<S>> rows;
     std::vector<RowBlock<S>> blocks;
     std::vector<RowResponse<S>> responses;  // of rows, as they were at the last respond()
     int jointBlocks = 0;  // blocks before this one belong to joints and locks, whose C bends with the motion
+    std::vector<ContactRows<S>> contactRows;  // by contact point
 
+    // Of an island that is worth it the ends of the colours, each a range of `contacts` (or of joints and locks) in
+    // which no two push the same body, so that threads may share it; the last one is for what found no colour, and in
+    // order. Of others empty.
+    std::vector<std::size_t> contactColours;
+    std::vector<std::size_t> jointColours;
+    std::vector<std::uint32_t> jointOrder;  // blocks, colour by colour
+    JobSystem* jobs = nullptr;              // that share an island with colours; null: none
+
+    bool isDriven = false;  // touches, or is joined to, a kinematic body that moves
     StepPlan plan;
     SubstepLimits limits;
     SolverMemory<S> memory;
@@ -94,11 +113,12 @@ struct Problem {
     void clear();
     // The carriers of the contacts' normals are where the bodies are now.
     void startContacts();
-    // v <- the mean twist of the sub-step without constraints: h (force / M) and damping at its start, then the mean of
-    // the free spin (by need).
+    // Of all bodies, as SolverBody::predict(). A sub-step begins.
     void predict(S h);
-    // Collects the rows at the present poses with the lambda of the last solve.
+    // Collects the rows at the present poses with the lambda of the last solve: all of them, or those of contacts in
+    // short alone (contactRows, whose responses and impulses are the solver's own affair).
     void linearize();
+    void linearizeCompact();
     // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it.
     void respond();
     // Takes block k anew at the present poses: C and J of its rows; lambda, bounds and responses stay.
@@ -107,16 +127,21 @@ struct Problem {
     void jointErrors(std::vector<S>& C) const;
     // C of the contact points at the present poses, in the order of the contact blocks.
     void contactErrors(std::vector<S>& C) const;
-    // Moves the poses by h v; then v is the twist at the end of the sub-step.
+    // Of all bodies, as SolverBody::integrate().
     void integrate(S h);
-    // Keeps lambda for the next solve, and adds what it gave in a sub-step of h to the impulses of the piece.
+    // Keeps lambda for the next solve, and adds what it gave in a sub-step of h to the impulses of the piece. The
+    // compact one reads off the impulses of contactRows what the other reads off their rows; between the first and the
+    // last sub-step it leaves them there, unless something drives the island.
     void storeLambda(S h);
-    // Impulses of the piece of a step that is being solved. None yet; what an impact of the present sub-step gave,
-    // which counts once storeLambda() says that the sub-step is taken; all of them added to those of the step.
-    void beginImpulses() { given_.clear(); }
-    void giveAtImpact(std::size_t block, const Row<S>& row, S impulse) {
-        impacts_.push_back({block, given(block, row, impulse)});
+    void storeCompactLambda(S h);
+    // Impulses of the piece of a step that is being solved. None yet; what an impact of the present sub-step gave a
+    // contact point, which counts once storeLambda() says that the sub-step is taken; all of them added to those of the
+    // step.
+    void beginImpulses() {
+        jointGiven_.clear();
+        pointGiven_.clear();
     }
+    void giveAtImpact(std::size_t point, const PointGiven& given) { impacts_.push_back({point, given}); }
     void handImpulsesOn();
 
     S rowVelocity(const Row<S>& row, const RowBlock<S>& block) const {
@@ -135,24 +160,67 @@ struct Problem {
     void linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut) const;
     // Appends the rows of one joint at the present poses.
     void linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
+    // Appends the rows of a contact point, as contactRows says they are in this sub-step.
+    void writeRows(const ProblemContact<S>& contact, std::size_t point, std::vector<Row<S>>& out,
+                   RowBlock<S>& block) const;
+    // J M^-1 and J M^-1 J^T of a row that need not be among `rows`.
+    RowResponse<S> responseOf(const Row<S>& row, const RowBlock<S>& block) const;
+
+    // Calls body(i) for i in [0, count), by several threads where the island is worth it.
+    template <class Body>
+    void forEach(std::size_t count, Body&& body) const {
+        constexpr std::size_t grain = 64;
+        if (jobs == nullptr) {
+            for (std::size_t i = 0; i < count; ++i) {
+                body(i);
+            }
+        } else {
+            parallelFor(*jobs, count, grain, body);
+        }
+    }
+    // Sums part(begin, end) over [0, count): the same bits for any number of threads.
+    template <class T, class Part>
+    T sum(std::size_t count, T zero, Part&& part) const {
+        constexpr std::size_t chunk = 512;
+        if (jobs == nullptr) {
+            zero += part(std::size_t(0), count);
+            return zero;
+        }
+        return parallelSum(*jobs, count, chunk, std::move(zero), part);
+    }
+    // The same over `contacts`, colour by colour: calls that run at one time push no body in common.
+    template <class T, class Part>
+    T sumColours(T zero, Part&& part) const {
+        constexpr std::size_t chunk = 64;
+        if (jobs == nullptr) {
+            zero += part(std::size_t(0), contacts.size());
+            return zero;
+        }
+        std::size_t begin = 0;
+        for (std::size_t k = 0; k + 1 < contactColours.size(); ++k) {
+            const std::size_t end = contactColours[k];
+            zero = parallelSum(*jobs, end - begin, chunk, std::move(zero),
+                               [&](std::size_t from, std::size_t to) { return part(begin + from, begin + to); });
+            begin = end;
+        }
+        zero += part(begin, contacts.size());
+        return zero;
+    }
 
 private:
-    Given given(std::size_t block, const Row<S>& row, S impulse) const {
-        const bool isNormal =
-            blocks[block].kind == BlockKind::Contact && &row == &rows[static_cast<std::size_t>(blocks[block].first)];
-        return {impulse * row.a, impulse * row.b, isNormal ? impulse : S(0)};
-    }
     const Pose<S>& poseOf(int body) const { return bodies[static_cast<std::size_t>(body)].pose; }
-    RowResponse<S> responseOf(const Row<S>& row, const RowBlock<S>& block) const;
+    // Rows of joints and locks, and the contacts in short.
+    void beginRows();
+    void placeContacts();
     void linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, RowBlock<S>& block) const;
-    // `a`, `b`: Pose or Placement of the two bodies.
-    template <class P>
-    void linearizePoint(const ProblemContact<S>& contact, const ProblemPoint<S>& point, const P& a, const P& b,
-                        std::vector<Row<S>>& out, RowBlock<S>& block) const;
+    void storeJointLambda(S h);
+    // N; friction as `friction` of ProblemPoint.
+    void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force);
 
     std::vector<int> contactOfPoint_;
-    std::vector<Given> given_;                            // by block
-    std::vector<std::pair<std::size_t, Given>> impacts_;  // of the present sub-step, with their blocks
+    std::vector<JointGiven> jointGiven_;
+    std::vector<PointGiven> pointGiven_;
+    std::vector<std::pair<std::size_t, PointGiven>> impacts_;  // of the present sub-step, with their points
 };
 
 }  // namespace cairn

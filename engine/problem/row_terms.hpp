@@ -44,22 +44,37 @@ S hardBias(S C, S lo, S gentle, S h) {
 }
 
 // The friction coefficient of a contact in this sub-step: static while it sticks at the start, dynamic while it slides.
-// slideSpeed, m/s: what counts as sliding; little enough to be unseen, more than any solver leaves of a sticking
-// contact.
+// slipSquared (m2/s2) is asked for only where the two differ. slideSpeed, m/s: what counts as sliding; little enough to
+// be unseen, more than any solver leaves of a sticking contact.
+template <class S, class SlipSquared>
+S frictionInForce(S friction, S staticFriction, const SlipSquared& slipSquared) {
+    constexpr S slideSpeed = S(1e-2);
+    return staticFriction == friction || slipSquared() > slideSpeed * slideSpeed ? friction : staticFriction;
+}
+
 template <class S>
 S frictionCoefficient(const Problem<S>& problem, const RowBlock<S>& block) {
-    constexpr S slideSpeed = S(1e-2);
-    if (block.count < 3 || block.staticFriction == block.friction) {
-        return block.friction;
-    }
-    S squared = 0;
-    for (int t = 1; t < 3; ++t) {
-        const Row<S>& row = problem.rows[static_cast<std::size_t>(block.first + t)];
-        const S u = row.a.dot(problem.bodies[static_cast<std::size_t>(block.a)].vBefore) +
-                    row.b.dot(problem.bodies[static_cast<std::size_t>(block.b)].vBefore);
-        squared += u * u;
-    }
-    return squared > slideSpeed * slideSpeed ? block.friction : block.staticFriction;
+    return block.count < 3 ? block.friction : frictionInForce(block.friction, block.staticFriction, [&] {
+        S squared = 0;
+        for (int t = 1; t < 3; ++t) {
+            const Row<S>& row = problem.rows[static_cast<std::size_t>(block.first + t)];
+            const S u = row.a.dot(problem.bodies[static_cast<std::size_t>(block.a)].vBefore) +
+                        row.b.dot(problem.bodies[static_cast<std::size_t>(block.b)].vBefore);
+            squared += u * u;
+        }
+        return squared;
+    });
+}
+
+template <class S>
+S frictionCoefficient(const Problem<S>& problem, const ProblemContact<S>& contact, const ContactRows<S>& point) {
+    return !contact.hasFriction() ? contact.friction : frictionInForce(contact.friction, contact.staticFriction, [&] {
+        const Vec3<S> u = pointSpeed(point, problem.bodies[static_cast<std::size_t>(contact.a)].vBefore,
+                                     problem.bodies[static_cast<std::size_t>(contact.b)].vBefore);
+        const S u1 = u.dot(contact.frame.tangent1);
+        const S u2 = u.dot(contact.frame.tangent2);
+        return u1 * u1 + u2 * u2;
+    });
 }
 
 // Friction onto its disc (theory 4.19): the two tangential impulses go to the nearest point whose length is at most

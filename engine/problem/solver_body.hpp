@@ -40,6 +40,11 @@ struct SolverBody {
 
     // Takes the inertia at the present pose; nothing to do where it was taken at that.
     void refreshInertia();
+    // v <- the mean twist of a sub-step of h without constraints: h (force / M) and damping at its start, then the mean
+    // of the free spin (by need).
+    void predict(S h);
+    // Moves the pose by h v; then v is the twist at the end of the sub-step.
+    void integrate(S h);
     // Where the body is after h seconds at twist v, starting here (offset included).
     Pose<S> moved(const Vec6<S>& twist, S h) const;
     // M^-1 times a generalised impulse.

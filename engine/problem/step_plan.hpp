@@ -35,6 +35,7 @@ struct StepPlan {
     bool mayHalveOnFailure = true;
     int iterationCap = 0;  // the most Newton iterations that the bound on work pays for; 0: no cap but the solver's own
     bool settles = false;  // it may be at rest: solved to the last digits
+    bool mayBeRefused = true;  // a sub-step of it, for a shorter one
 
     // auto: this step belongs to sweeps.
     bool sweeps() const {
@@ -45,7 +46,8 @@ struct StepPlan {
 };
 
 struct SubstepLimits {
-    bool isLast = false;     // sub-step of its step
+    bool isFirst = true;  // sub-step of its step, or of a subdivision of it
+    bool isLast = false;
     bool mayRefuse = false;  // shorter sub-steps are there to be asked for
     // Of the step, as SolveReport::work counts it; while a solver advances it, of the sub-step. What does not fit in is
     // left undone, but for the least that gives an answer.

@@ -57,6 +57,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
         plan.substeps = direct_->plan(problem, state, dt).substeps;
         return plan;
     }
+    plan.mayBeRefused = false;
     const double visits = plan.activeSetChanging ? sweptVisits : conjugateVisits;
     const double affordable = maxWork / std::max(1.0, visits * cost.rows);
     const int wanted = sweeper(plan).plan(problem, state, dt).substeps;

@@ -11,12 +11,14 @@ public:
         : bodies_(problem.bodies),
           contacts_(problem.contacts),
           points_(problem.points),
+          geometry_(problem.geometry),
           jointLambda_(problem.jointLambda),
           jointImpulse_(problem.jointImpulse) {}
     void restore(Problem<S>& problem) const {
         problem.bodies = bodies_;
         problem.contacts = contacts_;
         problem.points = points_;
+        problem.geometry = geometry_;
         problem.jointLambda = jointLambda_;
         problem.jointImpulse = jointImpulse_;
     }
@@ -25,8 +27,9 @@ private:
     std::vector<SolverBody<S>> bodies_;
     std::vector<ProblemContact<S>> contacts_;
     std::vector<ProblemPoint<S>> points_;
+    std::vector<ContactGeometry<S>> geometry_;
     std::vector<S> jointLambda_;
-    std::vector<typename Problem<S>::Given> jointImpulse_;
+    std::vector<typename Problem<S>::JointGiven> jointImpulse_;
 };
 
 // The same of an island whose contacts are looked for anew within the step, with all that is decided of it.

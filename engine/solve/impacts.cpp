@@ -7,12 +7,14 @@ namespace {
 // One contact point that will touch within the sub-step and bounce.
 template <class S>
 struct PointImpact {
-    const RowBlock<S>* block;
+    std::size_t point;
     S restitution;
     S friction;
-    S time;    // s, from the start of the sub-step to touching
-    S gained;  // m/s, normal speed that forces still add after touching
-    S phase;   // m/s: symplectic Euler's velocities lag half a step behind the parabola that its positions lie on
+    RowBlock<S> block{};
+    std::vector<Row<S>> rows{};
+    S time = 0;    // s, from the start of the sub-step to touching
+    S gained = 0;  // m/s, normal speed that forces still add after touching
+    S phase = 0;   // m/s: symplectic Euler's velocities lag half a step behind the parabola that its positions lie on
     S impulse[3] = {0, 0, 0};
     S delassus[3] = {0, 0, 0};
     S target = 0;  // m/s
@@ -38,8 +40,8 @@ void solveGroup(Problem<S>& problem, ImpactGroup<S>& group) {
     // A four-point manifold contracts by about a half a sweep; 30 sweeps leave 1e-9 of the approach speed.
     for (int sweep = 0; sweep < 30; ++sweep) {
         for (PointImpact<S>& point : group.points) {
-            const RowBlock<S>& block = *point.block;
-            const Row<S>* row = &problem.rows[static_cast<std::size_t>(block.first)];
+            const RowBlock<S>& block = point.block;
+            const std::vector<Row<S>>& row = point.rows;
             const S u = problem.rowVelocity(row[0], block);
             const S next = std::max(S(0), point.impulse[0] + (point.target - u) / point.delassus[0]);
             problem.push(row[0], block, next - point.impulse[0]);
@@ -48,11 +50,11 @@ void solveGroup(Problem<S>& problem, ImpactGroup<S>& group) {
                 continue;
             }
             S wanted[2];
-            for (int t = 1; t < 3; ++t) {
+            for (std::size_t t = 1; t < 3; ++t) {
                 wanted[t - 1] = point.impulse[t] - problem.rowVelocity(row[t], block) / point.delassus[t];
             }
             ontoDisc(point.friction * point.impulse[0], wanted[0], wanted[1]);
-            for (int t = 1; t < 3; ++t) {
+            for (std::size_t t = 1; t < 3; ++t) {
                 problem.push(row[t], block, wanted[t - 1] - point.impulse[t]);
                 point.impulse[t] = wanted[t - 1];
             }
@@ -64,30 +66,30 @@ void solveGroup(Problem<S>& problem, ImpactGroup<S>& group) {
 template <class S>
 std::vector<ImpactGroup<S>> gatherGroups(const Problem<S>& problem, S h) {
     std::vector<ImpactGroup<S>> groups;
-    std::size_t next = static_cast<std::size_t>(problem.jointBlocks);
     for (const ProblemContact<S>& contact : problem.contacts) {
+        if (contact.restitution == S(0)) {
+            continue;
+        }
         ImpactGroup<S> group{{}, contact.a, contact.b};
         for (int k = 0; k < contact.count; ++k) {
-            const RowBlock<S>& block = problem.blocks[next++];
-            if (contact.restitution == S(0)) {
-                continue;
-            }
-            const Row<S>& row = problem.rows[static_cast<std::size_t>(block.first)];
+            PointImpact<S> impact{static_cast<std::size_t>(contact.firstPoint + k), contact.restitution,
+                                  contact.friction};
+            problem.writeRows(contact, impact.point, impact.rows, impact.block);
+            const Row<S>& row = impact.rows.front();
             const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
             const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
             const S before = normalSpeed(row, a.vBefore, b.vBefore);
             const S after = normalSpeed(row, a.v, b.v);
-            PointImpact<S> impact{&block, contact.restitution, contact.friction, S(0), S(0), S(0)};
             if (row.C > S(0) && after < S(0)) {
                 impact.time = std::min(h, row.C / -after);
             }
             // A point out of reach in this sub-step can still be thrown into the other body by another impact.
             impact.gained = (after - before) * (S(1) - impact.time / h);
             impact.phase = S(0.5) * (after - before);
-            for (int r = 0; r < block.count; ++r) {
-                impact.delassus[r] = problem.responses[static_cast<std::size_t>(block.first + r)].delassus;
+            for (std::size_t r = 0; r < impact.rows.size(); ++r) {
+                impact.delassus[r] = problem.delassus(impact.rows[r], impact.block);
             }
-            group.points.push_back(impact);
+            group.points.push_back(std::move(impact));
         }
         if (!group.points.empty()) {
             groups.push_back(std::move(group));
@@ -103,8 +105,8 @@ bool aim(const Problem<S>& problem, ImpactGroup<S>& group, S threshold, S h, S& 
     bool hits = false;
     time = 0;
     for (PointImpact<S>& point : group.points) {
-        const Row<S>& row = problem.rows[static_cast<std::size_t>(point.block->first)];
-        const S u = problem.rowVelocity(row, *point.block);
+        const Row<S>& row = point.rows.front();
+        const S u = problem.rowVelocity(row, point.block);
         const S atImpact = u - point.gained;
         const bool reached = row.C + h * u <= S(0) || row.C <= S(0);
         // At rest against its partner, a point holds still while its neighbours bounce.
@@ -131,11 +133,11 @@ void bounce(Problem<S>& problem, ImpactGroup<S>& group, S time) {
     a.externalImpulse += onA;
     b.externalImpulse += onB;
     for (const PointImpact<S>& point : group.points) {
-        const auto block = static_cast<std::size_t>(point.block - problem.blocks.data());
-        for (int r = 0; r < point.block->count; ++r) {
-            problem.giveAtImpact(block, problem.rows[static_cast<std::size_t>(point.block->first + r)],
-                                 point.impulse[r]);
+        typename Problem<S>::PointGiven given{Vec3<S>::Zero(), point.impulse[0]};
+        for (std::size_t r = 0; r < point.rows.size(); ++r) {
+            given.impulse += point.impulse[r] * point.rows[r].b.template head<3>();
         }
+        problem.giveAtImpact(point.point, given);
     }
     a.offset -= time * (a.v - beforeA);
     b.offset -= time * (b.v - beforeB);

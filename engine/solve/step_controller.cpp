@@ -73,9 +73,10 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     bool isFirst = true;
     int taken = 0;
     while (left > 0) {
-        if (!isFirst) {
+        if (!isFirst && problem_.plan.mayBeRefused) {
             problem_.atSubstep = problem_.bodies;
         }
+        limits.isFirst = isFirst;
         limits.isLast = left == 1;
         limits.mayRefuse = halvings < maxHalvings && sum.work <= shareToRefuse * maxWork;
         limits.maxWork = (maxWork - sum.work) / left;

@@ -327,7 +327,8 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     IslandState& state = islandStates[k];
     SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory;
     const WorldTables<S> tables{
-        bodies, joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia}};
+        bodies,    joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia},
+        jobs.get()};
     std::swap(problem.memory, memory);
     state.solved =
         StepController<S>(tables, island, problem, state.control, by, request, state.settles, maxWork).step(dt);
@@ -342,10 +343,15 @@ void World<S>::Impl::solveIslands(S dt) {
     SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, 1};
     Solver<S>& by = solverOf(request);
     shareWork();
-    // Small islands in bunches, large ones one by one.
+    // Threads share a large island, one after the other; then the small ones, in bunches.
+    for (std::size_t k = 0; k < active.size(); ++k) {
+        if (!islandStates[k].settled && active[k].isLarge()) {
+            solveIsland(k, by, request, maxWork_[k], dt);
+        }
+    }
     const std::size_t grain = std::clamp<std::size_t>(active.size() / 64, 1, 16);
     parallelFor(*jobs, active.size(), grain, [&](std::size_t k) {
-        if (!islandStates[k].settled) {
+        if (!islandStates[k].settled && !active[k].isLarge()) {
             solveIsland(k, by, request, maxWork_[k], dt);
         }
     });

@@ -81,10 +81,11 @@ template <class S>
 class ClusterSolver final : public ImpulseSolver<S> {
 public:
     explicit ClusterSolver(const SolverSettings& settings)
-        : ImpulseSolver<S>(settings, 2, 2, {.phase = 5, .dampingRatio = 5}),
+        : ImpulseSolver<S>(settings, ContactForm::Rows, 2, 2, {.phase = 5, .dampingRatio = 5}),
           size_(settings.def.clusterSize > 0 ? settings.def.clusterSize : 16) {}
 
 private:
+    using ImpulseSolver<S>::iterate;
     void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override {
         std::vector<Cluster<S>> clusters = split(problem, system);
         for (int k = 0; k < iterations; ++k) {

@@ -489,7 +489,10 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
     S before = infinity<S>();
     // Of the sub-step itself, which its reports go by.
     std::vector<Row<S>> rows;
+    std::vector<RowBlock<S>> blocks;
     std::vector<RowResponse<S>> responses;
+    std::vector<ProblemContact<S>> contacts;
+    std::vector<ContactRows<S>> contactRows;
     for (int pass = 0; pass < Tuning::projectionPasses; ++pass) {
         const S worst = worstError(problem);
         if (worst <= static_cast<S>(Tuning::smallError) || worst > static_cast<S>(Tuning::projectionGain) * before) {
@@ -503,7 +506,10 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
         }
         if (rows.empty()) {
             rows = problem.rows;
+            blocks = problem.blocks;
             responses = problem.responses;
+            contacts = problem.contacts;
+            contactRows = problem.contactRows;
         }
         problem.linearize();
         const Problem<double>& wide = widen(problem, memory);
@@ -527,7 +533,10 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
     }
     if (!rows.empty()) {
         problem.rows = std::move(rows);
+        problem.blocks = std::move(blocks);
         problem.responses = std::move(responses);
+        problem.contacts = std::move(contacts);
+        problem.contactRows = std::move(contactRows);
     }
 }
 

@@ -244,7 +244,7 @@ void ContactNewton<S>::guess(const Problem<S>& problem, Start start, NewtonRepor
             system.sweep(problem, S(1));
         }
     } else if (start == Start::ConjugateSweeps) {
-        system.conjugateSweeps(problem, heapSweeps);
+        conjugateSweeps<S>(system, problem, heapSweeps);
     }
     momentumVelocity(problem);
     if (start == Start::ConjugateSweeps) {

@@ -3,6 +3,13 @@
 namespace cairn {
 namespace {
 
+constexpr int fewSweeps = 4;
+
+template <class S>
+S asked(const SolverDef& def) {
+    return static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
+}
+
 template <class S>
 S optimalRelaxation(Problem<S>& problem, const RowSystem<S>& system) {
     std::vector<S>& mode = problem.memory.slowestMode;
@@ -67,24 +74,31 @@ S jacobiRadius(const Problem<S>& problem, const RowSystem<S>& system, std::vecto
 }
 
 template <class S>
-void GaussSeidel<S>::iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) {
-    const SolverDef& def = this->settings_.def;
+template <class System>
+void GaussSeidel<S>::sweep(Problem<S>& problem, System& system, S relaxation, int iterations) const {
     // Over-relaxation with few sweeps a step feeds energy in (theory section 9.5, finding c).
-    const bool few = iterations < 4;
-    S relaxation = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
-    if (def.relaxationRule == RelaxationRule::Optimal && !few) {
-        relaxation = optimalRelaxation(problem, system);
-    }
+    const bool few = iterations < fewSweeps;
     relaxation = few ? std::min(relaxation, S(1)) : relaxation;
     S before = infinity<S>();
     for (int iteration = 0; iteration < iterations; ++iteration) {
         const S change = system.sweep(problem, relaxation);
-        if (def.relaxationRule == RelaxationRule::Adaptive && !few) {
+        if (this->settings_.def.relaxationRule == RelaxationRule::Adaptive && !few) {
             relaxation =
                 change < before ? std::min(S(1.05) * relaxation, S(1.95)) : std::max(S(0.7) * relaxation, S(0.5));
             before = change;
         }
     }
+}
+
+template <class S>
+void GaussSeidel<S>::iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) {
+    const bool isOptimal = this->settings_.def.relaxationRule == RelaxationRule::Optimal && iterations >= fewSweeps;
+    sweep(problem, system, isOptimal ? optimalRelaxation(problem, system) : asked<S>(this->settings_.def), iterations);
+}
+
+template <class S>
+void GaussSeidel<S>::iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) {
+    sweep(problem, system, asked<S>(this->settings_.def), iterations);
 }
 
 template <class S>

@@ -13,10 +13,18 @@ namespace cairn {
 template <class S>
 class GaussSeidel final : public ImpulseSolver<S> {
 public:
-    explicit GaussSeidel(const SolverSettings& settings) : ImpulseSolver<S>(settings, 8, 1) {}
+    // The power iteration for the optimal xi asks for single rows.
+    explicit GaussSeidel(const SolverSettings& settings)
+        : ImpulseSolver<S>(
+              settings,
+              settings.def.relaxationRule == RelaxationRule::Optimal ? ContactForm::Rows : ContactForm::Compact, 8, 1) {
+    }
 
 private:
     void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override;
+    void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override;
+    template <class System>
+    void sweep(Problem<S>& problem, System& system, S relaxation, int iterations) const;
 };
 
 // Spectral radius of the Jacobi iteration of `system` over rows that are in no bound, by `iterations` of power

@@ -1,15 +1,21 @@
 #pragma once
 // What the solvers on impulses have in common; they differ in iterate() alone. Per sub-step:
-//     v <- predict;  rows at x, taken once;  v, p <- iterate(with push-out);  x <- x + h v;  v, p <- iterate(without).
+//     v* <- predict;  rows at x, taken once;  v, p <- iterate(with push-out);  x <- x + h v;  v, p <- iterate(without).
 // Errors of hard rows are worked off by a stiff, over-damped spring in the sweeps that move the bodies; sweeps without
 // it follow ("relax"), so that the push-out leaves no speed behind. Full correction with a full warm start diverges
 // (theory section 9.5, finding b).
 #include "engine/solve/solver.hpp"
-#include "engine/solve/velocity/sweep.hpp"
+#include "engine/solve/velocity/compact_sweeps.hpp"
 
 #include <numbers>
 
 namespace cairn {
+
+// How a solver on impulses takes contacts up.
+enum class ContactForm : std::uint8_t {
+    Compact,  // compact_sweeps.hpp
+    Rows,     // written out, where single rows are asked for
+};
 
 template <class S>
 class ImpulseSolver : public Solver<S> {
@@ -20,16 +26,22 @@ public:
         double phase = 0.5 * std::numbers::pi;
         double dampingRatio = 10;
     };
-    ImpulseSolver(const SolverSettings& settings, int substeps, int iterations, PushOut pushOut = {})
+    ImpulseSolver(const SolverSettings& settings, ContactForm form, int substeps, int iterations, PushOut pushOut = {})
         : settings_(settings),
           substeps_(settings.def.substeps > 0 ? settings.def.substeps : substeps),
           iterations_(settings.def.iterations > 0 ? settings.def.iterations : iterations),
-          phase_(pushOut.phase),
-          dampingRatio_(pushOut.dampingRatio) {}
-    SolveReport advance(Problem<S>& problem, S h) override;
-    StepPlan plan(Problem<S>&, const ControllerState&, S) const override { return {.substeps = substeps_}; }
-    // Lowers the error of `system` by `iterations` sweeps.
+          form_(form),
+          pushOut_(pushOut) {}
+    SolveReport advance(Problem<S>& problem, S h) override {
+        return form_ == ContactForm::Compact ? advanceWith<CompactSweeps<S>>(problem, h)
+                                             : advanceWith<RowSweeps<S>>(problem, h);
+    }
+    StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
+        return {.substeps = substeps_, .mayBeRefused = false};
+    }
+    // Lowers the error of `system` by `iterations` sweeps; the second of those with ContactForm::Compact alone.
     virtual void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) = 0;
+    virtual void iterate(Problem<S>&, CompactSweeps<S>&, int) { CAIRN_CHECK(false, "a solver on rows written out"); }
 
 protected:
     SolverSettings settings_;
@@ -37,11 +49,12 @@ protected:
     int iterations_;
 
 private:
-    // The terms and start values of the sweeps that push out; `hardRow`: which rows those are.
-    void fillSystem(const Problem<S>& problem, S h, RowSystem<S>& system, std::vector<std::uint8_t>& hardRow) const;
+    template <class System>
+    SolveReport advanceWith(Problem<S>& problem, S h);
+    PushOutSpring<S> spring(S h) const;
 
-    double phase_;
-    double dampingRatio_;
+    ContactForm form_;
+    PushOut pushOut_;
 };
 
 }  // namespace cairn

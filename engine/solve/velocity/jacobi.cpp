@@ -13,9 +13,10 @@ namespace {
 template <class S>
 class Jacobi final : public ImpulseSolver<S> {
 public:
-    explicit Jacobi(const SolverSettings& settings) : ImpulseSolver<S>(settings, 8, 4) {}
+    explicit Jacobi(const SolverSettings& settings) : ImpulseSolver<S>(settings, ContactForm::Rows, 8, 4) {}
 
 private:
+    using ImpulseSolver<S>::iterate;
     void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override {
         const SolverDef& def = this->settings_.def;
         const Splitting<S> split(problem, def.massSplitting);

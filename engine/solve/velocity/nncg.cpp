@@ -17,7 +17,8 @@ namespace {
 template <class S>
 class Nncg final : public ImpulseSolver<S> {
 public:
-    explicit Nncg(const SolverSettings& settings) : ImpulseSolver<S>(settings, 4, 6, pushOutFor(settings.def)) {}
+    explicit Nncg(const SolverSettings& settings)
+        : ImpulseSolver<S>(settings, ContactForm::Compact, 4, 6, pushOutFor(settings.def)) {}
 
 private:
     static typename ImpulseSolver<S>::PushOut pushOutFor(const SolverDef& def) {
@@ -28,7 +29,10 @@ private:
         return pushOut;
     }
     void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override {
-        system.conjugateSweeps(problem, iterations);
+        conjugateSweeps<S>(system, problem, iterations);
+    }
+    void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {
+        conjugateSweeps<S>(system, problem, iterations);
     }
 };
 

@@ -65,13 +65,16 @@ struct RowSystem {
         S change = 0;
         visits += problem.rows.size();
         for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
-            const RowBlock<S>& block = problem.blocks[k];
-            change += solveBlock(
-                problem, k, relaxation, [&](std::size_t i) { return terms[i].delassus; },
-                [&](const Row<S>& row) { return rowVelocity(row, block); },
-                [&](std::size_t i, S impulse) { push(problem, i, block, impulse); });
+            change += sweepBlock(problem, k, relaxation);
         }
         return change;
+    }
+    S sweepBlock(const Problem<S>& problem, std::size_t k, S relaxation) {
+        const RowBlock<S>& block = problem.blocks[k];
+        return solveBlock(
+            problem, k, relaxation, [&](std::size_t i) { return terms[i].delassus; },
+            [&](const Row<S>& row) { return rowVelocity(row, block); },
+            [&](std::size_t i, S impulse) { push(problem, i, block, impulse); });
     }
 
     // Jacobi (theory 5.14), block by block: every block starts from the same velocities, on copies of its bodies; what
@@ -118,29 +121,7 @@ struct RowSystem {
         return change;
     }
 
-    // Non-smooth non-linear conjugate gradients (Silcowitz 2010): `count` sweeps, after each but the last of which a
-    // share of the directions before is added. The norm of the change is that of the diagonal of A, in which rows of
-    // metres and of radians can be added.
-    void conjugateSweeps(const Problem<S>& problem, int count) {
-        std::vector<S> direction(p.size(), S(0));
-        std::vector<S> along(p.size());
-        S before = 0;
-        for (int k = 0; k < count; ++k) {
-            const std::vector<S> start = p;
-            const S change = sweep(problem, S(1));
-            const bool anew = !(before > S(0)) || change > before;
-            const S beta = anew ? S(0) : change / before;
-            before = change;
-            for (std::size_t i = 0; i < direction.size(); ++i) {
-                along[i] = beta * direction[i];
-                direction[i] = along[i] + (p[i] - start[i]);
-            }
-            if (beta > S(0) && k + 1 < count) {
-                add(problem, along);
-            }
-        }
-    }
-
+    void copyImpulses(const Problem<S>&, std::vector<S>& out) const { out = p; }
     // v <- v + M^-1 J^T change, p <- p + change.
     void add(const Problem<S>& problem, const std::vector<S>& change) {
         for (const RowBlock<S>& block : problem.blocks) {
@@ -235,5 +216,33 @@ private:
         return change;
     }
 };
+
+// Non-smooth non-linear conjugate gradients (Silcowitz 2010): `count` sweeps, after each but the last of which a share
+// of the directions before is added. The norm of the change is that of the diagonal of A, in which rows of metres and
+// of radians can be added. System: RowSystem, or CompactSweeps. P: its Problem.
+template <class S, class System, class P>
+void conjugateSweeps(System& system, P& problem, int count) {
+    std::vector<S> start;
+    std::vector<S> now;
+    system.copyImpulses(problem, now);
+    std::vector<S> direction(now.size(), S(0));
+    std::vector<S> along(now.size());
+    S before = 0;
+    for (int k = 0; k < count; ++k) {
+        system.copyImpulses(problem, start);
+        const S change = system.sweep(problem, S(1));
+        system.copyImpulses(problem, now);
+        const bool anew = !(before > S(0)) || change > before;
+        const S beta = anew ? S(0) : change / before;
+        before = change;
+        problem.forEach(direction.size(), [&](std::size_t i) {
+            along[i] = beta * direction[i];
+            direction[i] = along[i] + (now[i] - start[i]);
+        });
+        if (beta > S(0) && k + 1 < count) {
+            system.add(problem, along);
+        }
+    }
+}
 
 }  // namespace cairn

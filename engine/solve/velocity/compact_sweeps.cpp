@@ -1,0 +1,330 @@
+#include "engine/solve/velocity/compact_sweeps.hpp"
+
+namespace cairn {
+namespace {
+
+template <class S>
+ContactRows<S>* firstPoint(Problem<S>& problem, const ProblemContact<S>& contact) {
+    return problem.contactRows.data() + contact.firstPoint;
+}
+
+// Of three impulses, along the normal and the tangents.
+template <class S>
+[[gnu::always_inline]] inline Vec3<S> inWorld(const ProblemContact<S>& contact, const S* impulse) {
+    return impulse[0] * contact.frame.normal + impulse[1] * contact.frame.tangent1 +
+           impulse[2] * contact.frame.tangent2;
+}
+
+}  // namespace
+
+template <class S>
+class CompactSweeps<S>::Bodies {
+public:
+    [[gnu::always_inline]] Bodies(CompactSweeps& all, const ProblemContact<S>& contact)
+        : toA_(all.rows_.v[static_cast<std::size_t>(contact.a)]),
+          toB_(all.rows_.v[static_cast<std::size_t>(contact.b)]),
+          a_(all.masses_[static_cast<std::size_t>(contact.a)]),
+          b_(all.masses_[static_cast<std::size_t>(contact.b)]),
+          va_(toA_.template head<3>()),
+          wa_(toA_.template tail<3>()),
+          vb_(toB_.template head<3>()),
+          wb_(toB_.template tail<3>()) {}
+    // Of b against a at the point, m/s.
+    [[gnu::always_inline]] Vec3<S> speed(const ContactRows<S>& point) const {
+        return vb_ + wb_.cross(point.armB) - va_ - wa_.cross(point.armA);
+    }
+    // An impulse (N s, on b) at the point.
+    [[gnu::always_inline]] void push(const ContactRows<S>& point, const Vec3<S>& impulse) {
+        va_ -= a_.inverse * impulse;
+        wa_ -= a_.spin(point.armA.cross(impulse));
+        vb_ += b_.inverse * impulse;
+        wb_ += b_.spin(point.armB.cross(impulse));
+    }
+    // What is fixed is shared by threads, and only read.
+    [[gnu::always_inline]] void putBack() {
+        if (a_.inverse > S(0)) {
+            toA_.template head<3>() = va_;
+            toA_.template tail<3>() = wa_;
+        }
+        if (b_.inverse > S(0)) {
+            toB_.template head<3>() = vb_;
+            toB_.template tail<3>() = wb_;
+        }
+    }
+
+private:
+    Vec6<S>& toA_;
+    Vec6<S>& toB_;
+    const Mass& a_;
+    const Mass& b_;
+    Vec3<S> va_, wa_, vb_, wb_;
+};
+
+template <class S>
+void CompactSweeps<S>::readBodies(const Problem<S>& problem) {
+    rows_.readBodies(problem);
+    masses_.resize(problem.bodies.size());
+    problem.forEach(problem.bodies.size(), [&](std::size_t i) {
+        const SolverBody<S>& body = problem.bodies[i];
+        const Mat3<S>& I = body.inverseInertia;
+        masses_[i] = {body.inverseMass, {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}};
+    });
+}
+
+template <class S>
+void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h) {
+    rows_.begin(problem, spring, warmStart, h);
+    readBodies(problem);
+    problem.forEach(problem.contacts.size(), [&](std::size_t c) {
+        const ProblemContact<S>& contact = problem.contacts[c];
+        beginContact(problem, contact, spring, warmStart, h, firstPoint(problem, contact));
+    });
+    contactRowCount_ = 0;
+    for (const ProblemContact<S>& contact : problem.contacts) {
+        contactRowCount_ += static_cast<std::size_t>(contact.hasFriction() ? 3 * contact.count : contact.count);
+    }
+}
+
+template <class S>
+void CompactSweeps<S>::beginContact(const Problem<S>& problem, const ProblemContact<S>& contact,
+                                    const PushOutSpring<S>& spring, S warmStart, S h, ContactRows<S>* points) const {
+    const Mass& a = masses_[static_cast<std::size_t>(contact.a)];
+    const Mass& b = masses_[static_cast<std::size_t>(contact.b)];
+    const ProblemPoint<S>* last = problem.points.data() + contact.firstPoint;
+    const Vec3<S>* directions[3] = {&contact.frame.normal, &contact.frame.tangent1, &contact.frame.tangent2};
+    for (int k = 0; k < contact.count; ++k, ++last) {
+        ContactRows<S>& point = points[k];
+        for (int t = 0; t < (contact.hasFriction() ? 3 : 1); ++t) {
+            const Vec3<S> ra = point.armA.cross(*directions[t]);
+            const Vec3<S> rb = point.armB.cross(*directions[t]);
+            point.delassus[t] = a.inverse + b.inverse + ra.dot(a.spin(ra)) + rb.dot(b.spin(rb));
+        }
+        point.friction = frictionCoefficient(problem, contact, point);
+        point.isIdle = false;
+        const bool isOpen = point.C > S(0);
+        point.bias = isOpen ? point.C / h : std::max(spring.rate * point.C, -spring.maxSpeed);
+        point.softness = isOpen ? S(0) : point.delassus[0] / spring.stiffness;
+        if (!problem.limits.isFirst) {
+            // The tangents turn with the bodies.
+            for (S& impulse : point.impulse) {
+                impulse *= warmStart;
+            }
+            continue;
+        }
+        const S scale = h * warmStart;
+        point.impulse[0] = std::max(S(0), scale * last->normalForce);
+        point.impulse[1] = contact.hasFriction() ? scale * last->friction.dot(contact.frame.tangent1) : S(0);
+        point.impulse[2] = contact.hasFriction() ? scale * last->friction.dot(contact.frame.tangent2) : S(0);
+    }
+}
+
+template <class S>
+void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
+    rows_.relax(problem, h);
+    problem.forEach(problem.contacts.size(), [&](std::size_t c) {
+        const ProblemContact<S>& contact = problem.contacts[c];
+        const Vec6<S>& va = rows_.v[static_cast<std::size_t>(contact.a)];
+        const Vec6<S>& vb = rows_.v[static_cast<std::size_t>(contact.b)];
+        ContactRows<S>* point = firstPoint(problem, contact);
+        for (int k = 0; k < contact.count; ++k, ++point) {
+            point->isIdle = point->C > S(0) && point->impulse[0] == S(0);
+            point->softness = S(0);
+            point->bias = std::max(S(0), point->C + h * contact.frame.normal.dot(pointSpeed(*point, va, vb))) / h;
+        }
+    });
+}
+
+template <class S>
+S CompactSweeps<S>::pushAll(Problem<S>& problem) {
+    S slope = 0;
+    for (const RowBlock<S>& block : problem.blocks) {
+        for (std::size_t i = static_cast<std::size_t>(block.first);
+             i < static_cast<std::size_t>(block.first + block.count); ++i) {
+            const auto before = [&](int body) -> const Vec6<S>& { return before_[static_cast<std::size_t>(body)]; };
+            slope += rows_.p[i] * (rowDot(problem.rows[i], block, before) + rows_.terms[i].bias);
+            rows_.push(problem, i, block, rows_.p[i]);
+        }
+    }
+    return problem.sumColours(slope, [&](std::size_t begin, std::size_t end) {
+        S sum = 0;
+        for (std::size_t c = begin; c < end; ++c) {
+            const ProblemContact<S>& contact = problem.contacts[c];
+            const Vec6<S>& va = before_[static_cast<std::size_t>(contact.a)];
+            const Vec6<S>& vb = before_[static_cast<std::size_t>(contact.b)];
+            Bodies bodies(*this, contact);
+            const ContactRows<S>* point = firstPoint(problem, contact);
+            for (int k = 0; k < contact.count; ++k, ++point) {
+                const Vec3<S> impulse = inWorld(contact, point->impulse);
+                sum += impulse.dot(pointSpeed(*point, va, vb)) + point->impulse[0] * point->bias;
+                bodies.push(*point, impulse);
+            }
+            bodies.putBack();
+        }
+        return sum;
+    });
+}
+
+template <class S>
+void CompactSweeps<S>::warmStart(Problem<S>& problem) {
+    before_ = rows_.v;
+    const S slope = pushAll(problem);
+    S curvature = 0;
+    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+        curvature += rows_.p[i] * rows_.terms[i].softness * rows_.p[i];
+    }
+    curvature = problem.sum(problem.contactRows.size(), curvature, [&](std::size_t begin, std::size_t end) {
+        S sum = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const ContactRows<S>& point = problem.contactRows[i];
+            sum += point.impulse[0] * point.softness * point.impulse[0];
+        }
+        return sum;
+    });
+    curvature = problem.sum(problem.bodies.size(), curvature, [&](std::size_t begin, std::size_t end) {
+        S sum = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!problem.bodies[i].fixed) {
+                const Vec6<S> dv = rows_.v[i] - before_[i];
+                sum += problem.bodies[i].applyMass(dv).dot(dv);
+            }
+        }
+        return sum;
+    });
+    const S share = curvature > S(0) ? std::clamp(-slope / curvature, S(0), S(1)) : S(0);
+    // To scale by what differs from 1 in rounding alone would cost the momentum its last digits, step after step.
+    constexpr S rounding = 100 * std::numeric_limits<S>::epsilon();
+    if (share > S(1) - rounding) {
+        return;
+    }
+    for (S& impulse : rows_.p) {
+        impulse *= share;
+    }
+    problem.forEach(problem.contactRows.size(), [&](std::size_t i) {
+        for (S& impulse : problem.contactRows[i].impulse) {
+            impulse *= share;
+        }
+    });
+    problem.forEach(before_.size(),
+                    [&](std::size_t i) { rows_.v[i] = before_[i] + share * (rows_.v[i] - before_[i]); });
+}
+
+template <class S>
+S CompactSweeps<S>::sweepJoints(const Problem<S>& problem, S relaxation) {
+    if (problem.jointColours.empty()) {
+        return rows_.sweep(problem, relaxation);
+    }
+    rows_.visits += problem.rows.size();
+    S change = 0;
+    std::size_t begin = 0;
+    for (std::size_t k = 0; k < problem.jointColours.size(); ++k) {
+        const auto visit = [&](std::size_t from, std::size_t to) {
+            S sum = 0;
+            for (std::size_t i = from; i < to; ++i) {
+                sum += rows_.sweepBlock(problem, problem.jointOrder[begin + i], relaxation);
+            }
+            return sum;
+        };
+        const std::size_t count = problem.jointColours[k] - begin;
+        const bool mayShare = k + 1 < problem.jointColours.size();
+        change = mayShare ? parallelSum(*problem.jobs, count, 32, change, visit) : change + visit(0, count);
+        begin = problem.jointColours[k];
+    }
+    return change;
+}
+
+template <class S>
+S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, ContactRows<S>* points, S relaxation) {
+    const Vec3<S> n = contact.frame.normal;
+    const Vec3<S> t1 = contact.frame.tangent1;
+    const Vec3<S> t2 = contact.frame.tangent2;
+    const bool rubs = contact.hasFriction();
+    Bodies bodies(*this, contact);
+    S change = 0;
+    for (int k = 0; k < contact.count; ++k) {
+        ContactRows<S>& point = points[k];
+        if (point.isIdle) {
+            continue;
+        }
+        S* const p = point.impulse;
+        const S scale = point.delassus[0] + point.softness;
+        const S error = n.dot(bodies.speed(point)) + point.bias + point.softness * p[0];
+        const S next = std::max(S(0), p[0] - relaxation * error / scale);
+        const S dp = next - p[0];
+        bodies.push(point, dp * n);
+        change += scale * dp * dp;
+        p[0] = next;
+        if (!rubs) {
+            continue;
+        }
+        const Vec3<S> u = bodies.speed(point);
+        S wanted1 = p[1] - relaxation * t1.dot(u) / point.delassus[1];
+        S wanted2 = p[2] - relaxation * t2.dot(u) / point.delassus[2];
+        ontoDisc(point.friction * next, wanted1, wanted2);
+        const S dp1 = wanted1 - p[1];
+        const S dp2 = wanted2 - p[2];
+        bodies.push(point, dp1 * t1 + dp2 * t2);
+        change += point.delassus[1] * dp1 * dp1 + point.delassus[2] * dp2 * dp2;
+        p[1] = wanted1;
+        p[2] = wanted2;
+    }
+    bodies.putBack();
+    return change;
+}
+
+template <class S>
+S CompactSweeps<S>::sweep(Problem<S>& problem, S relaxation) {
+    rows_.visits += contactRowCount_;
+    const S joints = problem.rows.empty() ? S(0) : sweepJoints(problem, relaxation);
+    return problem.sumColours(joints, [&](std::size_t begin, std::size_t end) {
+        S change = 0;
+        for (std::size_t c = begin; c < end; ++c) {
+            const ProblemContact<S>& contact = problem.contacts[c];
+            change += sweepContact(contact, firstPoint(problem, contact), relaxation);
+        }
+        return change;
+    });
+}
+
+template <class S>
+void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& out) const {
+    const std::size_t joints = rows_.p.size();
+    out.resize(joints + 3 * problem.contactRows.size());
+    std::copy(rows_.p.begin(), rows_.p.end(), out.begin());
+    problem.forEach(problem.contactRows.size(), [&](std::size_t i) {
+        for (std::size_t t = 0; t < 3; ++t) {
+            out[joints + 3 * i + t] = problem.contactRows[i].impulse[t];
+        }
+    });
+}
+
+template <class S>
+void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& change) {
+    rows_.add(problem, change);
+    const S* const ofContacts = change.data() + rows_.p.size();
+    problem.sumColours(0, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t c = begin; c < end; ++c) {
+            const ProblemContact<S>& contact = problem.contacts[c];
+            Bodies bodies(*this, contact);
+            ContactRows<S>* point = firstPoint(problem, contact);
+            const S* dp = ofContacts + 3 * contact.firstPoint;
+            for (int k = 0; k < contact.count; ++k, ++point, dp += 3) {
+                for (int t = 0; t < 3; ++t) {
+                    point->impulse[t] += dp[t];
+                }
+                bodies.push(*point, inWorld(contact, dp));
+            }
+            bodies.putBack();
+        }
+        return 0;
+    });
+}
+
+template <class S>
+std::size_t CompactSweeps<S>::rowCount(const Problem<S>& problem) const {
+    return problem.rows.size() + contactRowCount_;
+}
+
+template class CompactSweeps<float>;
+template class CompactSweeps<double>;
+
+}  // namespace cairn

@@ -1,0 +1,61 @@
+#pragma once
+// The velocity-level problem of one sub-step with joints as rows and contacts in short (contact_rows.hpp): the same
+// update as sweep.hpp's, of a seventh of the memory, and shared by threads colour by colour where the island is worth
+// it. What both give is the same to rounding (test CompactSweeps.*).
+#include "engine/solve/velocity/row_sweeps.hpp"
+
+namespace cairn {
+
+template <class S>
+class CompactSweeps {
+public:
+    // As those of RowSweeps, and so are the others of the same name.
+    static void linearize(Problem<S>& problem) { problem.linearizeCompact(); }
+    void begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h);
+    void relax(Problem<S>& problem, S h);
+    void readBodies(const Problem<S>& problem);
+    void writeBodies(Problem<S>& problem) const { rows_.writeBodies(problem); }
+    void store(Problem<S>& problem, S h) const {
+        rows_.writeLambda(problem, h);
+        problem.storeCompactLambda(h);
+    }
+    // As RowSystem::warmStart(); the curvature in the space of bodies, where p^T A p = dv^T M dv.
+    void warmStart(Problem<S>& problem);
+    // As RowSystem::sweep(): joints first.
+    S sweep(Problem<S>& problem, S relaxation);
+    // Impulses of the rows of joints, then three of each contact point.
+    void copyImpulses(const Problem<S>& problem, std::vector<S>& out) const;
+    void add(Problem<S>& problem, const std::vector<S>& change);
+
+    std::size_t rowCount(const Problem<S>& problem) const;
+    double work() const { return rows_.work(); }
+
+private:
+    struct Mass {
+        S inverse;     // 1/kg; 0: fixed
+        S inertia[6];  // of the inverse inertia, 1/(kg m2), world axes: xx, yy, zz, xy, xz, yz
+
+        // What an angular impulse (N m s) does to the spin. (Eigen's product of these sizes stays a call.)
+        [[gnu::always_inline]] Vec3<S> spin(const Vec3<S>& l) const {
+            return {inertia[0] * l.x() + inertia[3] * l.y() + inertia[4] * l.z(),
+                    inertia[3] * l.x() + inertia[1] * l.y() + inertia[5] * l.z(),
+                    inertia[4] * l.x() + inertia[5] * l.y() + inertia[2] * l.z()};
+        }
+    };
+    // Both bodies of a contact while its points are visited: fetched once, and put back where they may move.
+    class Bodies;
+
+    void beginContact(const Problem<S>& problem, const ProblemContact<S>& contact, const PushOutSpring<S>& spring,
+                      S warmStart, S h, ContactRows<S>* points) const;
+    S sweepJoints(const Problem<S>& problem, S relaxation);
+    S sweepContact(const ProblemContact<S>& contact, ContactRows<S>* points, S relaxation);
+    // Pushes the bodies by the impulses of all rows. Gives p^T (J v + b) for the twists before.
+    S pushAll(Problem<S>& problem);
+
+    RowSweeps<S> rows_;  // of joints and locks; and the twists of all bodies
+    std::vector<Mass> masses_;
+    std::vector<Vec6<S>> before_;
+    std::size_t contactRowCount_ = 0;
+};
+
+}  // namespace cairn

@@ -1,0 +1,50 @@
+#pragma once
+// The velocity-level problem of one sub-step with all its rows written out, as solvers on impulses take it up: its
+// terms and start values, and the change from sweeps that push out to sweeps that do not.
+#include "engine/solve/velocity/sweep.hpp"
+
+namespace cairn {
+
+// The spring by which the errors of hard rows are worked off, as a velocity-level solver asks for it:
+//     J v + rate C + softness p = 0,   softness = A_ii / stiffness.
+template <class S>
+struct PushOutSpring {
+    S rate = 0;       // 1/s
+    S stiffness = 1;  // of the row, in units of its mass over the square of the sub-step
+    S maxSpeed = 0;   // m/s or rad/s
+};
+
+template <class S>
+struct RowSweeps : RowSystem<S> {
+    // The rows that the problem has written out, at its present poses.
+    static void linearize(Problem<S>& problem) { problem.linearize(); }
+    // warmStart: share of the last sub-step's impulses to start from.
+    void begin(const Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h);
+    // Turns to sweeps without push-out; the present twists are those that the bodies will be moved with. A contact that
+    // was open and took no impulse is left alone, or it would brake what approaches before it touches, and no bounce
+    // would be left of it.
+    void relax(const Problem<S>& problem, S h);
+    void readBodies(const Problem<S>& problem) {
+        this->v.resize(problem.bodies.size());
+        problem.forEach(problem.bodies.size(), [&](std::size_t i) { this->v[i] = problem.bodies[i].v; });
+    }
+    void writeBodies(Problem<S>& problem) const {
+        problem.forEach(problem.bodies.size(), [&](std::size_t i) { problem.bodies[i].v = this->v[i]; });
+    }
+    // lambda of the rows, for Problem::storeLambda().
+    void writeLambda(Problem<S>& problem, S h) const {
+        for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+            problem.rows[i].lambda = this->p[i] / h;
+        }
+    }
+    void store(Problem<S>& problem, S h) const {
+        writeLambda(problem, h);
+        problem.storeLambda(h);
+    }
+    std::size_t rowCount(const Problem<S>& problem) const { return problem.rows.size(); }
+
+private:
+    std::vector<std::uint8_t> isHard_;  // by row
+};
+
+}  // namespace cairn
