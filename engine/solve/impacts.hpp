@@ -1,7 +1,8 @@
 #pragma once
-// Restitution: Newton's law of impact, u+ = -e u-, against the approach speed at the moment of touching, resolved
-// manifold after manifold before the solver runs (so that a Newton's cradle hands its momentum on; theory section 3.8),
-// the points of one manifold together. Nothing is done, or paid, where no contact bounces.
+// Restitution against the approach speed at the moment of touching, resolved manifold after manifold before the solver
+// runs (so that a Newton's cradle hands its momentum on; theory section 3.8). The points of one manifold are one
+// impact: what stops all of them is given back by a share e, and then friction takes what it can. For one point that is
+// Newton's law, u+ = -e u-; for any it makes no energy. Nothing is done, or paid, where no contact bounces.
 #include "engine/problem/problem.hpp"
 
 namespace cairn {

@@ -235,6 +235,18 @@ void fillSystem(const Problem<double>& problem, ContactNewton<double>& newton, c
     }
 }
 
+// Whether what bounces nearly without loss turns so far in a step that it matters at which of its poses it hits: there
+// a long step makes energy from nothing.
+template <class S>
+bool tumblesElastically(const Problem<S>& problem, S dt) {
+    const bool isElastic = std::any_of(
+        problem.contacts.begin(), problem.contacts.end(),
+        [](const ProblemContact<S>& contact) { return contact.restitution > static_cast<S>(Tuning::elastic); });
+    return isElastic && std::any_of(problem.bodies.begin(), problem.bodies.end(), [&](const SolverBody<S>& body) {
+               return !body.fixed && dt * body.v.template tail<3>().norm() > static_cast<S>(Tuning::elasticTurn);
+           });
+}
+
 // A number that changes when who touches whom changes (FNV-1a).
 template <class S>
 std::uint64_t graphOf(const Problem<S>& problem) {
@@ -316,8 +328,11 @@ NewtonReport solve(ContactNewton<double>& newton, const Problem<double>& problem
 }  // namespace
 
 template <class S>
-StepPlan Direct<S>::plan(Problem<S>&, const ControllerState&, S) const {
-    return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 1};
+StepPlan Direct<S>::plan(Problem<S>& problem, const ControllerState&, S dt) const {
+    if (settings_.def.substeps > 0) {
+        return {.substeps = settings_.def.substeps};
+    }
+    return {.substeps = tumblesElastically(problem, dt) ? Tuning::elasticSubsteps : 1};
 }
 
 template <class S>
