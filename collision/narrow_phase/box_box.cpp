@@ -81,10 +81,11 @@ bool edgesWithin(const Convex& a, const Convex& b, const Mat3d& absRotation, dou
 }
 
 // False: the boxes lie beside each other, near only by an edge or a corner.
-bool faceManifold(const Convex& a, const Convex& b, const FaceAxes& faces, double margin, const Memory& memory,
-                  Scratch& scratch, WorkManifold& out) {
+bool faceManifold(const Convex& a, const Convex& b, const FaceAxes& faces, double margin, Scratch& scratch,
+                  WorkManifold& out) {
     const double best = faces.best();
-    const bool preferB = faces.apartB > faces.apartA + (memory.reference == 1 ? -faces.slack : faces.slack);
+    // The second only where it is clearly better: of two as good, jitter cannot exchange them.
+    const bool preferB = faces.apartB > faces.apartA + faces.slack;
     for (const bool takeB : {preferB, !preferB}) {
         const double apart = takeB ? faces.apartB : faces.apartA;
         if (apart < best - faces.slack - 0.02 * std::abs(best)) {
@@ -153,19 +154,19 @@ bool crossedEdges(const Convex& a, const Convex& b, const EdgeAxes& edges, WorkM
 }  // namespace
 
 // Separating axes (Gottschalk, Lin, Manocha 1996): 6 face normals and 9 cross products of edges, by the largest
-// separation. Faces are preferred, the remembered side most.
-bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
-            NarrowCounts& counts, WorkManifold& out) {
+// separation. Faces are preferred, the first box's most.
+bool boxBox(const Convex& a, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+            WorkManifold& out) {
     const Mat3d absRotation = b.rotation.cwiseAbs();
     FaceAxes faces;
     EdgeAxes edges;
     if (!facesWithin(a, b, absRotation, margin, faces) || !edgesWithin(a, b, absRotation, margin, faces, edges)) {
         return false;
     }
-    if (edges.a < 0 ? faceManifold(a, b, faces, margin, memory, scratch, out) : crossedEdges(a, b, edges, out)) {
+    if (edges.a < 0 ? faceManifold(a, b, faces, margin, scratch, out) : crossedEdges(a, b, edges, out)) {
         return true;
     }
-    return convexPair(a, b, margin, memory, scratch, counts, out);
+    return convexPair(a, b, margin, scratch, counts, out);
 }
 
 }  // namespace cairn

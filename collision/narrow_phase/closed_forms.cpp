@@ -162,7 +162,7 @@ SurfacePoint nearestSurface(const Convex& shape, const Vec3d& p) {
     }
 }
 
-bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const Memory& memory, NarrowCounts& counts,
+bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const Vec3d& lastNormal, NarrowCounts& counts,
                    WorkManifold& out) {
     const Vec3d centre = sphere.position;
     SurfacePoint s = nearestSurface(a, centre);
@@ -172,8 +172,8 @@ bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const M
     }
     if (a.kind == ShapeKind::Sphere && centre.norm() <= tiny) {
         ++counts.repairedNormals;
-        if (memory.normal.squaredNorm() > 0.5) {
-            s.normal = memory.normal;
+        if (!lastNormal.isZero(0)) {
+            s.normal = lastNormal;
             s.point = a.radius * s.normal;
         }
     }
@@ -217,14 +217,14 @@ AxisPoints nearestOfAxes(const Convex& a, const Convex& b, const Vec3d& axis, do
 }
 
 // Of two axes that meet: along the normal of both, or across one where they are the same line.
-Vec3d normalOfMetAxes(const Vec3d& centreOfB, const Vec3d& axis, double radii, const Memory& memory) {
+Vec3d normalOfMetAxes(const Vec3d& centreOfB, const Vec3d& axis, double radii, const Vec3d& lastNormal) {
     Vec3d n = Vec3d::UnitX();
     const Vec3d cross = Vec3d::UnitY().cross(axis);
     if (cross.squaredNorm() > 1e-12) {
         n = cross.normalized();
         n = centreOfB.dot(n) < 0 ? Vec3d(-n) : n;
     }
-    if (memory.normal.squaredNorm() > 0.5 && memory.normal.dot(n) < 0 && centreOfB.dot(n) < 1e-9 * radii) {
+    if (lastNormal.dot(n) < 0 && centreOfB.dot(n) < 1e-9 * radii) {
         n = -n;
     }
     return n;
@@ -232,7 +232,7 @@ Vec3d normalOfMetAxes(const Vec3d& centreOfB, const Vec3d& axis, double radii, c
 
 }  // namespace
 
-bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memory& memory, NarrowCounts& counts,
+bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Vec3d& lastNormal, NarrowCounts& counts,
                     WorkManifold& out) {
     const double ha = a.size.y();
     const double hb = b.size.y();
@@ -259,7 +259,7 @@ bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memor
         n = d / distance;
     } else {
         ++counts.repairedNormals;
-        n = normalOfMetAxes(c, axis, radii, memory);
+        n = normalOfMetAxes(c, axis, radii, lastNormal);
     }
     out.normal = n;
     out.reference = -1;

@@ -43,7 +43,7 @@ constexpr double sameEnd = 1e-3;
 
 }  // namespace
 
-GjkAnswer minPenetration(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+GjkAnswer minPenetration(const Convex& a, const Convex& b, const Vec3d& likely, double scale, Scratch& scratch,
                          NarrowCounts& counts) {
     OverlapOf overlap{a, b};
     // The best few, so that an overlap whose least direction is not proved is left from more than one side: descent
@@ -73,42 +73,41 @@ GjkAnswer minPenetration(const Convex& a, const Convex& b, const Memory& memory,
     for (std::size_t i = 0; i < scratch.normals.size(); ++i) {
         attempt(i < ofA ? scratch.normals[i] : Vec3d(-scratch.normals[i]));
     }
-    const bool remembers = memory.normal.squaredNorm() > 0.5;
-    if (remembers) {
-        attempt(memory.normal);
+    const bool isLikely = !likely.isZero(0);
+    if (isLikely) {
+        attempt(likely);
     }
     const Vec3d line = centreB - centreA;
     const double length = line.norm();
     attempt(length > 1e-9 * scale ? Vec3d(line / length) : Vec3d::UnitY());
-    // A pair that touched before has not gone far since: its old normal is as good a start as MPR's, and one is enough.
-    const bool known = remembers && directions[0].depth < 0.25 * scale;
+    if (isLikely && directions[0].depth < 0.25 * scale) {
+        descend(a, b, scale, 2, overlap, directions[0]);
+        directions[0].touch.normal = directions[0].n;
+        return directions[0].touch;
+    }
+    Vec3d n = directions[0].n;
+    double coreDepth = directions[0].depth - a.radius - b.radius;
+    if (minOverlap(a, b, 1e-3 * scale, n, coreDepth)) {
+        attempt(n);
+        descend(a, b, scale, 6, overlap, directions[0]);
+        directions[0].touch.normal = directions[0].n;
+        return directions[0].touch;
+    }
+    attempt(n);
     double byMpr = 1e300;
-    if (!known) {
-        Vec3d direction;
-        if (mprDirection(a, b, direction)) {
-            direction = overlap(direction) <= overlap(-direction) ? direction : Vec3d(-direction);
-            byMpr = overlap(direction);
-            attempt(direction);
-        } else {
-            ++counts.repairedFailures;
-        }
+    if (Vec3d direction; mprDirection(a, b, direction)) {
+        direction = overlap(direction) <= overlap(-direction) ? direction : Vec3d(-direction);
+        byMpr = overlap(direction);
+        attempt(direction);
+    } else {
+        ++counts.repairedFailures;
     }
     std::size_t best = 0;
-    if (!known) {
-        Vec3d n = directions[0].n;
-        double coreDepth = directions[0].depth - a.radius - b.radius;
-        const bool isMinimal = minOverlap(a, b, 1e-3 * scale, n, coreDepth);
-        attempt(n);
-        for (std::size_t k = 0; k < (isMinimal ? 1 : few) && directions[k].depth < 1e300; ++k) {
-            descend(a, b, scale, isMinimal ? 6 : 2, overlap, directions[k]);
-            best = directions[k].depth < directions[best].depth ? k : best;
-        }
-        if (!isMinimal) {
-            descend(a, b, scale, 6, overlap, directions[best]);
-        }
-    } else {
-        descend(a, b, scale, 2, overlap, directions[0]);
+    for (std::size_t k = 0; k < few && directions[k].depth < 1e300; ++k) {
+        descend(a, b, scale, 2, overlap, directions[k]);
+        best = directions[k].depth < directions[best].depth ? k : best;
     }
+    descend(a, b, scale, 6, overlap, directions[best]);
     if (byMpr < 1e300 && directions[best].depth < byMpr - 1e-3 * scale) {
         ++counts.repairedNormals;
     }
@@ -182,16 +181,15 @@ void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAns
     }
 }
 
-bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
-                NarrowCounts& counts, WorkManifold& out) {
+bool convexPair(const Convex& a, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+                WorkManifold& out) {
     const double scale = std::min(scaleOf(a), scaleOf(b));
-    const Vec3d start = memory.normal.squaredNorm() > 0.5 ? memory.normal : Vec3d(centreOf(b) - centreOf(a));
-    const GjkAnswer apart = gjk(a, b, start, Vec3d::Zero(), margin + a.radius + b.radius);
+    const GjkAnswer apart = gjk(a, b, centreOf(b) - centreOf(a), Vec3d::Zero(), margin + a.radius + b.radius);
     if (apart.state == GjkAnswer::State::Beyond) {
         return false;
     }
     const bool disjoint = apart.state == GjkAnswer::State::Apart;
-    const GjkAnswer near = disjoint ? apart : minPenetration(a, b, memory, scale, scratch, counts);
+    const GjkAnswer near = disjoint ? apart : minPenetration(a, b, Vec3d::Zero(), scale, scratch, counts);
     const Vec3d& n = near.normal;
     OverlapOf overlap{a, b};
     const double depth = overlap(n);
@@ -207,8 +205,8 @@ bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& m
     const double depthA = hasA ? overlap(faceA) : 1e300;
     const double depthB = hasB ? overlap(-faceB) : 1e300;
     const double slack = 1e-3 * scale;
-    // The one remembered stays until the other is clearly better.
-    const bool preferB = hasB && depthB < depthA + (memory.reference == 1 ? slack : -slack);
+    // The second only where it is clearly better: of two as good, jitter cannot exchange them.
+    const bool preferB = hasB && depthB < depthA - slack;
     for (const bool takeB : {preferB, !preferB}) {
         const double faceDepth = takeB ? depthB : depthA;
         if (faceDepth > allowed) {

@@ -196,13 +196,18 @@ void clipToFace(Scratch& scratch, double radius, double margin) {
 
 namespace {
 
-// Puts the deepest candidate in the place of the chosen one nearest to it, unless one of them is as deep.
-void keepDeepest(const std::vector<Candidate>& candidates, int deepest, double slack, std::span<int> chosen) {
+// Puts the deepest candidate in the place of the chosen one nearest to it, unless one of them is as deep: how deep two
+// shapes are must not hang on which points spread best, nor on how far the margin reaches.
+void keepDeepest(const std::vector<Candidate>& candidates, std::span<int> chosen) {
     const auto at = [&](int i) -> const Candidate& { return candidates[static_cast<std::size_t>(i)]; };
+    int deepest = 0;
+    for (int i = 1; i < static_cast<int>(candidates.size()); ++i) {
+        deepest = at(i).separation < at(deepest).separation ? i : deepest;
+    }
     int* place = nullptr;
     double nearest = 1e300;
     for (int& i : chosen) {
-        if (at(i).separation <= at(deepest).separation + slack) {
+        if (at(i).separation <= at(deepest).separation + sameDepth) {
             return;
         }
         const double distance = (at(i).inner - at(deepest).inner).norm();
@@ -255,7 +260,6 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
         }
         return best;
     };
-    const int deepest = highest([&](int i) { return -at(i).separation; });
     int used = 0;
     const auto nearestTaken = [&](int i) {
         double nearest = 1e300;
@@ -282,7 +286,7 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
         }
         chosen[static_cast<std::size_t>(used++)] = best;
     }
-    keepDeepest(candidates, deepest, slack, std::span(chosen).first(static_cast<std::size_t>(used)));
+    keepDeepest(candidates, std::span(chosen).first(static_cast<std::size_t>(used)));
     return used;
 }
 
@@ -301,6 +305,7 @@ int spreadPoints(std::span<const ContactPoint> points, const Vec3d& normal, std:
 void fillManifold(const Scratch& scratch, const Vec3d& outward, int side, WorkManifold& out) {
     std::array<int, 4> chosen{};
     out.count = reduceCandidates(scratch.candidates, scratch.face.tangent1, scratch.face.tangent2, chosen);
+    out.isReduced = out.count < static_cast<int>(scratch.candidates.size());
     out.normal = side == 0 ? outward : Vec3d(-outward);
     out.reference = static_cast<std::int8_t>(side);
     for (int k = 0; k < out.count; ++k) {

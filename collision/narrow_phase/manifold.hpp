@@ -12,6 +12,7 @@ struct WorkManifold {
     int count = 0;
     std::array<ContactPoint, 4> points;
     std::int8_t reference = -1;  // the side that held the reference face: 0, 1; -1: none did
+    bool isReduced = false;      // whether candidates were left out
     std::uint32_t id = 0;
 };
 
@@ -36,6 +37,9 @@ struct Scratch {
 
 // Mixes two ids into one; equal inputs give equal outputs, others differ but for one in 2^64.
 std::uint64_t mixIds(std::uint64_t a, std::uint64_t b);
+
+// m: points that differ in depth by less are as deep, so that round-off alone exchanges none.
+constexpr double sameDepth = 1e-10;
 
 // Appends to scratch.candidates where scratch.incident, rounded by `radius`, is within `margin` of scratch.face.
 void clipToFace(Scratch& scratch, double radius, double margin);

@@ -35,7 +35,11 @@ struct Clusters {
 // onA lies on the triangle, onB on the shape.
 void add(Clusters& clusters, const Vec3d& normal, const Vec3d& onA, const Vec3d& onB, std::uint64_t feature) {
     Cluster& cluster = clusters.at(normal);
-    cluster.candidates.push_back({onA, onB, (onB - onA).dot(cluster.normal), feature});
+    // How deep it is is told along its own normal, for which of them names the cluster hangs on how far the margin
+    // reaches; by less than a thousandth of that the point is moved so that it is as deep along the cluster's.
+    const double separation = (onB - onA).dot(normal);
+    const Vec3d moved = onB + (separation - (onB - onA).dot(cluster.normal)) * cluster.normal;
+    cluster.candidates.push_back({onA, moved, separation, feature});
 }
 
 void sphereTriangle(const std::array<Vec3d, 3>& corners, const Vec3d& face, unsigned active, const Convex& sphere,
@@ -113,10 +117,8 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
     if (apart.state == GjkAnswer::State::Beyond) {
         return Touch::None;
     }
-    Memory up;
-    up.normal = t.face;
     const GjkAnswer near =
-        apart.state == GjkAnswer::State::Apart ? apart : minPenetration(a, b, up, scale, scratch, counts);
+        apart.state == GjkAnswer::State::Apart ? apart : minPenetration(a, b, t.face, scale, scratch, counts);
     const Vec3d& n = near.normal;
     const double depth = overlap(n);
     const double upright = n.dot(t.face);
@@ -157,14 +159,16 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
     return Touch::Edge;
 }
 
-// Of candidates at one place, which neighbours both report, the first stays.
+// Of candidates at one place, which neighbours both report, the deepest stays, or the first of those as deep.
 void dropTwins(std::vector<Candidate>& candidates, double apart) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
         bool twin = false;
         for (std::size_t k = 0; k < kept && !twin; ++k) {
             twin = (candidates[k].outer - candidates[i].outer).squaredNorm() < apart * apart;
-            if (twin && candidates[i].feature < candidates[k].feature) {
+            const double deeper = candidates[k].separation - candidates[i].separation;
+            if (twin &&
+                (deeper > sameDepth || (deeper >= -sameDepth && candidates[i].feature < candidates[k].feature))) {
                 candidates[k] = candidates[i];
             }
         }

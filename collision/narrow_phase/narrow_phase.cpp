@@ -57,7 +57,7 @@ std::vector<WorkManifold>& manifoldsOfThread() {
 }
 
 // Asks the pair's method. `first` has the lower rank and stands at the origin of the work frame.
-void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, Memory& memory,
+void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, const Vec3d& lastNormal,
          NarrowCounts& counts, std::vector<WorkManifold>& out) {
     Scratch& scratch = scratchOfThread();
     const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
@@ -73,13 +73,13 @@ void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, 
     } else {
         const Convex a = makeConvex(first);
         if (second.kind == ShapeKind::Sphere) {
-            near = sphereAgainst(a, b, margin, memory, counts, manifold);
+            near = sphereAgainst(a, b, margin, lastNormal, counts, manifold);
         } else if (first.kind == ShapeKind::Box && second.kind == ShapeKind::Box) {
-            near = boxBox(a, b, margin, memory, scratch, counts, manifold);
+            near = boxBox(a, b, margin, scratch, counts, manifold);
         } else if (first.kind == ShapeKind::Capsule) {
-            near = capsuleCapsule(a, b, margin, memory, counts, manifold);
+            near = capsuleCapsule(a, b, margin, lastNormal, counts, manifold);
         } else {
-            near = convexPair(a, b, margin, memory, scratch, counts, manifold);
+            near = convexPair(a, b, margin, scratch, counts, manifold);
         }
         near = near && !isInternalEdge(a, b, scratch, manifold);
     }
@@ -97,21 +97,15 @@ bool isSound(const WorkManifold& m) {
     return sound;
 }
 
-// Where a method's answer is not usable: push along the remembered normal, the centre line, or up.
-bool repair(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, const Memory& memory,
-            WorkManifold& out) {
+// Where a method's answer is not usable: push along the centre line, or up.
+bool repair(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, WorkManifold& out) {
     if (!isConvex(first.kind)) {
         return false;
     }
     const Convex a = makeConvex(first);
     const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
     const Vec3d line = centreOf(b) - centreOf(a);
-    Vec3d n = Vec3d::UnitY();
-    if (memory.normal.allFinite() && memory.normal.squaredNorm() > 0.5) {
-        n = memory.normal;
-    } else if (line.allFinite() && line.norm() > 1e-9) {
-        n = line.normalized();
-    }
+    const Vec3d n = line.allFinite() && line.norm() > 1e-9 ? Vec3d(line.normalized()) : Vec3d::UnitY();
     int hint = 0;
     const Vec3d pa = supportCore(a, n, hint) + a.radius * n;
     hint = 0;
@@ -133,7 +127,7 @@ PairCache::Entry& entryOf(PairCache& cache, std::uint32_t shapeA, std::uint32_t 
             return cache.entries[i];
         }
     }
-    cache.entries.push_back({shapeA, shapeB, Vec3d::Zero(), -1});
+    cache.entries.push_back({shapeA, shapeB, Vec3d::Zero()});
     cursor = count + 1;
     return cache.entries.back();
 }
@@ -149,27 +143,21 @@ struct OrderedPair {
     Frame bodyBFromFirst;
 };
 
-Memory recall(const PairCache::Entry& entry, const OrderedPair& pair) {
-    Memory memory;
-    if (entry.normal.squaredNorm() > 0.5) {
-        memory.normal = pair.bodyAFromFirst.rotation.transpose() * entry.normal;
-        if (pair.swapped) {
-            memory.normal = -memory.normal;
-        }
-    }
-    if (entry.reference >= 0) {
-        memory.reference = static_cast<std::int8_t>(pair.swapped ? 1 - entry.reference : entry.reference);
-    }
-    return memory;
+// Whether the centres or the axes of the two may meet, where the poses name no direction. Shapes of one kind are never
+// swapped.
+bool remembers(const OrderedPair& pair) {
+    const ShapeKind kind = pair.first.kind;
+    return kind == pair.second.kind && (kind == ShapeKind::Sphere || kind == ShapeKind::Capsule);
 }
 
 // The pair's manifolds in its work frame; where its method fails, one that parts the shapes all the same.
-const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, Memory memory, NarrowCounts& counts) {
+const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, const Vec3d& lastNormal,
+                                        NarrowCounts& counts) {
     std::vector<WorkManifold>& manifolds = manifoldsOfThread();
     manifolds.clear();
     bool failed = false;
     try {
-        ask(pair.first, pair.second, pair.firstFromSecond, margin, memory, counts, manifolds);
+        ask(pair.first, pair.second, pair.firstFromSecond, margin, lastNormal, counts, manifolds);
     } catch (const std::exception&) {
         failed = true;
     }
@@ -177,7 +165,7 @@ const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, 
     if (failed) {
         ++counts.repairedFailures;
         manifolds.assign(1, WorkManifold{});
-        if (!repair(pair.first, pair.second, pair.firstFromSecond, margin, memory, manifolds.front())) {
+        if (!repair(pair.first, pair.second, pair.firstFromSecond, margin, manifolds.front())) {
             manifolds.clear();
         }
     }
@@ -189,6 +177,8 @@ Manifold inBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t 
     made.shapeA = shapeA;
     made.shapeB = shapeB;
     made.id = m.id;
+    made.reference = static_cast<std::int8_t>(pair.swapped && m.reference >= 0 ? 1 - m.reference : m.reference);
+    made.isReduced = m.isReduced;
     made.normal = pair.bodyAFromFirst.rotation * (pair.swapped ? Vec3d(-m.normal) : m.normal);
     made.count = m.count;
     for (int k = 0; k < m.count; ++k) {
@@ -239,14 +229,15 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
                 .firstFromSecond = swapped ? bodyAFromFirst.inverse() * poseA : poseA.inverse() * (bodies * poseB),
                 .bodyAFromFirst = bodyAFromFirst,
                 .bodyBFromFirst = swapped ? poseB : bodiesBack * poseA};
-            PairCache::Entry& entry = entryOf(cache, i, j, cursor);
-            const std::vector<WorkManifold>& manifolds = answer(pair, margin, recall(entry, pair), counts);
-            entry.normal.setZero();
+            PairCache::Entry* last = remembers(pair) ? &entryOf(cache, i, j, cursor) : nullptr;
+            const Vec3d lastNormal =
+                last != nullptr ? Vec3d(bodyAFromFirst.rotation.transpose() * last->normal) : Vec3d(Vec3d::Zero());
+            const std::vector<WorkManifold>& manifolds = answer(pair, margin, lastNormal, counts);
             for (const WorkManifold& m : manifolds) {
-                entry.normal = out.emplace_back(inBodies(m, pair, i, j)).normal;
-                if (m.reference >= 0) {
-                    entry.reference = static_cast<std::int8_t>(swapped ? 1 - m.reference : m.reference);
-                }
+                out.push_back(inBodies(m, pair, i, j));
+            }
+            if (last != nullptr) {
+                last->normal = manifolds.empty() ? Vec3d(Vec3d::Zero()) : out.back().normal;
             }
         }
     }

@@ -20,20 +20,21 @@ struct Manifold {
     std::uint32_t shapeA = 0;  // indices into the bodies' shape lists
     std::uint32_t shapeB = 0;
     std::uint32_t id = 0;           // tells the manifolds of one mesh-shape pair apart; 0 for convex pairs
+    std::int8_t reference = -1;     // whose face the other shape's points were clipped to: 0 A's, 1 B's, -1 none's
+    bool isReduced = false;         // whether more points than these were found
     Vec3d normal = Vec3d::UnitY();  // unit, from A to B, in A's body frame
     int count = 0;                  // 1 to 4
     std::array<ContactPoint, 4> points;
 };
 
-// What the narrow phase remembers of a pair of bodies from step to step (normals and reference faces, for speed and for
-// coherence). It never changes which configuration touches. Starts empty; copyable; drop it when a body's shapes
-// change.
+// What the narrow phase remembers of a pair of bodies from step to step: of two spheres or two capsules the last
+// normal, for the step in which their centres or axes meet and the poses name no direction. All else is answered from
+// the poses alone, and how deep shapes are always. Starts empty; copyable; drop it when a body's shapes change.
 struct PairCache {
     struct Entry {
         std::uint32_t shapeA = 0;
         std::uint32_t shapeB = 0;
-        Vec3d normal = Vec3d::Zero();  // last normal, A's frame; zero: none
-        std::int8_t reference = -1;    // which side held the reference face: 0 A, 1 B
+        Vec3d normal = Vec3d::Zero();  // A's frame; zero: none
     };
     std::vector<Entry> entries;
 };

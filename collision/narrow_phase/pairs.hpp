@@ -7,33 +7,27 @@
 
 namespace cairn {
 
-// What a pair of shapes remembers: the last normal in the work frame (zero: none) and the side of the reference face.
-struct Memory {
-    Vec3d normal = Vec3d::Zero();
-    std::int8_t reference = -1;
-};
-
 // box_box.cpp
-bool boxBox(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
-            NarrowCounts& counts, WorkManifold& out);
+bool boxBox(const Convex& a, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts, WorkManifold& out);
 
-// closed_forms.cpp: b is a sphere, a anything convex; both are capsules; a is a half-space
-bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const Memory& memory, NarrowCounts& counts,
+// closed_forms.cpp: b is a sphere, a anything convex; both are capsules; a is a half-space. lastNormal: of the last
+// step, zero if there was none; it answers where the poses name no direction, as where two centres are one point.
+bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const Vec3d& lastNormal, NarrowCounts& counts,
                    WorkManifold& out);
-bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Memory& memory, NarrowCounts& counts,
+bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Vec3d& lastNormal, NarrowCounts& counts,
                     WorkManifold& out);
 bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, double margin, Scratch& scratch,
                       WorkManifold& out);
 
 // convex_pair.cpp: any two convex shapes
-bool convexPair(const Convex& a, const Convex& b, double margin, const Memory& memory, Scratch& scratch,
-                NarrowCounts& counts, WorkManifold& out);
+bool convexPair(const Convex& a, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+                WorkManifold& out);
 
-// Minimal penetration of overlapping cores: the least overlap over the normal of MPR, all flat faces of both, the
-// remembered normal, the centre line and a search over all directions, then descent from the best of them. scale: a
-// length of the smaller shape, m. Its normal is always set; with State::Apart, its points are those of the cores that
-// touch last along it.
-GjkAnswer minPenetration(const Convex& a, const Convex& b, const Memory& memory, double scale, Scratch& scratch,
+// Minimal penetration of overlapping cores: the least overlap over all flat faces of both, the centre line and a search
+// over all directions, or MPR where that ends without proof, then descent from the best of them. likely: unit, a
+// direction from which descent alone will do while it overlaps little; zero: none. scale: a length of the smaller
+// shape, m. Its normal is always set; with State::Apart, its points are those of the cores that touch last along it.
+GjkAnswer minPenetration(const Convex& a, const Convex& b, const Vec3d& likely, double scale, Scratch& scratch,
                          NarrowCounts& counts);
 // One point along n, or two where lines lie along each other: where no flat face takes part. near: what gjk or
 // minPenetration answered for the pair; its points are taken if it has them.

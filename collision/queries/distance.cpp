@@ -34,7 +34,7 @@ bool nearConvex(const Convex& a, const Convex& b, double bound, Near& near) {
     }
     Scratch scratch;
     NarrowCounts counts;
-    const GjkAnswer outward = minPenetration(a, b, Memory{}, std::min(scaleOf(a), scaleOf(b)), scratch, counts);
+    const GjkAnswer outward = minPenetration(a, b, Vec3d::Zero(), std::min(scaleOf(a), scaleOf(b)), scratch, counts);
     OverlapOf overlap{a, b};
     near.normal = outward.normal;
     near.distance = -overlap(outward.normal);

@@ -167,10 +167,8 @@ private:
             return;
         }
         const Vec3d before = normal_;
-        Memory memory;
-        memory.normal = before;
         NarrowCounts counts;
-        near_ = minPenetration(a_, b_, memory, std::min(scaleOf(a_), scaleOf(b_)), scratch_, counts);
+        near_ = minPenetration(a_, b_, before, std::min(scaleOf(a_), scaleOf(b_)), scratch_, counts);
         normal_ = near_.normal;
         separation_ = along();
         // What has parted them so far may still do so better.

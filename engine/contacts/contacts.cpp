@@ -1,20 +1,26 @@
 #include "engine/contacts/internal_edges.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace cairn {
 namespace {
 
-// How far the smaller of two bodies has moved against the other since their manifold was made: no point of it farther
-// than this, m.
+// How the smaller of two bodies has moved against the other since their manifold was made.
+struct Moved {
+    double distance = 0;  // m, no point of it farther than this
+    double turn = 0;      // rad
+};
+
 template <class S>
-double movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>& a, const Body<S>& b) {
+Moved movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>& a, const Body<S>& b) {
     const bool fromB = a.radius < b.radius;
     const Body<S>& small = fromB ? a : b;
     const Vec3d centre = small.localCentre.template cast<double>();
     const Vec3d displacement = fromB ? Vec3d(aFromB.inverse() * centre - pair.aFromB.inverse() * centre)
                                      : Vec3d(aFromB * centre - pair.aFromB * centre);
-    return displacement.norm() + 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm() * small.radius;
+    const double turn = 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm();
+    return {displacement.norm() + turn * small.radius, turn};
 }
 
 // m. Where something rolls, the point that touches wanders off the known one, and a separation that is too small by the
@@ -27,6 +33,31 @@ double reuseBound(const PairContacts<S>& pair, double wanted, double smallerRadi
     const bool rolls = std::any_of(pair.manifolds.begin(), pair.manifolds.end(),
                                    [](const ContactManifold<S>& manifold) { return manifold.isRound; });
     return rolls ? std::min(bound, rolling) : bound;
+}
+
+// Whether the manifolds still say how the bodies lie. ahead: m, what can be closed within the step.
+template <class S>
+bool holds(const PairContacts<S>& pair, const Moved& moved, double ahead, const SpeculativeBounds& speculative,
+           double smallerRadius) {
+    // What lies within the speculative bounds of this step must be among the known points.
+    if (moved.distance > reuseBound(pair, speculative.reuseDistance, smallerRadius) ||
+        moved.distance + ahead > pair.margin) {
+        return false;
+    }
+    // m: where points were left out, a turn may make one of them the deepest.
+    const double deeper = std::max(1e-9, 8 * static_cast<double>(std::numeric_limits<S>::epsilon()) * smallerRadius);
+    return moved.turn * smallerRadius <= deeper ||
+           std::none_of(pair.manifolds.begin(), pair.manifolds.end(),
+                        [](const ContactManifold<S>& manifold) { return manifold.isReduced; });
+}
+
+// m. What a corner of a does against a face of b that turns is told by the normal that goes with b: along a's it would
+// be wrong by turn times slip.
+template <class S>
+S cornerSeparation(const ContactManifold<S>& manifold, const ContactPointState<S>& point, const Posed& frameA,
+                   const Posed& frameB) {
+    const Vec3d apart = frameB * point.onB - frameA * point.onA;
+    return static_cast<S>((frameB.rotation * manifold.normalInB).dot(apart));
 }
 
 template <class S>
@@ -60,6 +91,8 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
     manifold.known = manifold.count;
     manifold.normal = geometry.normal;
     manifold.normalInB = normalInB;
+    manifold.isOnB = geometry.reference == 1;
+    manifold.isReduced = geometry.isReduced;
     const Shape& shapeA = a.def.shapes[geometry.shapeA];
     const Shape& shapeB = b.def.shapes[geometry.shapeB];
     const Material& materialA = shapeA.material;
@@ -212,10 +245,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     const Posed aFromB = relativePose(frameA, frameB);
     const double ahead = closing(a, b, speculative.dt);
     if (pair.made) {
-        // What lies within the speculative bounds of this step must be among the known points.
-        const double moved = movedSince(pair, aFromB, *a.body, *b.body);
-        if (moved <= reuseBound(pair, speculative.reuseDistance, std::min(a.body->radius, b.body->radius)) &&
-            moved + ahead <= pair.margin) {
+        const Moved moved = movedSince(pair, aFromB, *a.body, *b.body);
+        if (holds(pair, moved, ahead, speculative, std::min(a.body->radius, b.body->radius))) {
             if (pair.before.capacity() > 0) {
                 pair.before = {};
             }
@@ -223,7 +254,9 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
                 for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.known); ++k) {
                     ContactGeometry<S> geometry = contactGeometry(manifold, manifold.points[k], *a.body, *b.body);
                     geometry.startStep(a.pose, b.pose);
-                    manifold.points[k].separation = geometry.separation(a.pose, b.pose);
+                    manifold.points[k].separation = manifold.isOnB && !manifold.isRound
+                                                        ? cornerSeparation(manifold, manifold.points[k], frameA, frameB)
+                                                        : geometry.separation(a.pose, b.pose);
                 }
             }
             return false;
@@ -232,7 +265,11 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     const double margin = speculative.margin + ahead;
     static thread_local std::vector<Manifold> found;
     found.clear();
-    collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, found, counts);
+    // Many boxes meet whose balls are apart: the narrow phase would find nothing.
+    if ((a.pose.position - b.pose.position).template cast<double>().norm() <=
+        a.body->radius + b.body->radius + margin) {
+        collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, found, counts);
+    }
     // What is beside the motion cannot be met.
     double known = margin;
     std::erase_if(found, [&](const Manifold& geometry) {

@@ -40,7 +40,9 @@ struct ContactManifold {
     std::uint32_t id = 0;              // as Manifold's
     std::uint8_t count = 0;            // points in force
     std::uint8_t known = 0;            // points found; those after the first `count` carry nothing (internal_edges.hpp)
-    bool isRound = false;              // whether a shape rolls at one of its points: see ContactGeometry
+    bool isRound : 1 = false;          // whether a shape rolls at one of its points: see ContactGeometry
+    bool isOnB : 1 = false;            // whether it is a face of b that corners of a meet
+    bool isReduced : 1 = false;        // whether more points were found than are known
     Vec3d normal = Vec3d::UnitY();     // unit, from A to B, in A's frame
     Vec3d normalInB = Vec3d::UnitY();  // the same in B's, when it was found
     S friction = 0;

@@ -7,7 +7,7 @@ namespace cairn {
 struct NarrowCounts {
     std::uint64_t shapePairs = 0;       // pairs of shapes (or triangles) asked
     std::uint64_t completed = 0;        // one-point answers turned into a manifold
-    std::uint64_t repairedNormals = 0;  // a normal of MPR replaced by a better face normal or a cached one
+    std::uint64_t repairedNormals = 0;  // a normal of MPR replaced by a better one
     std::uint64_t repairedFailures =
         0;  // exceptions, NaN, zero normals or endless refinements caught and answered otherwise
     NarrowCounts& operator+=(const NarrowCounts& o) {
