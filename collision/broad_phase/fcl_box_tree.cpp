@@ -21,16 +21,22 @@ std::size_t leavesUnder(const Node* node) {
     return node->isLeaf() ? 1 : leavesUnder(node->children[0]) + leavesUnder(node->children[1]);
 }
 
-fcl::AABB<double> toFcl(const Aabb& box) {
-    fcl::AABB<double> result;
-    result.min_ = box.min;
-    result.max_ = box.max;
-    return result;
-}
-
 }  // namespace
 
 BoxTree::BoxTree() : tree_(joinByPairs), builder_(joinByPairs) {}
+
+Node* BoxTree::makeLeaf(std::uint32_t id) {
+    Node* const leaf = new Node;
+    leaf->data = nullptr;
+    leaf->children[1] = nullptr;
+    leaf->code = id;
+    return leaf;
+}
+
+void BoxTree::setBox(Node* leaf, const Aabb& box) {
+    leaf->bv.min_ = box.min;
+    leaf->bv.max_ = box.max;
+}
 
 // Appends the leaves under `node` to leaves_ and frees what joined them.
 void BoxTree::takeApart(Node* node) {
@@ -58,6 +64,10 @@ void BoxTree::rebuild(Node* node) {
     Node* root = std::exchange(builder_.getRoot(), nullptr);
     root->parent = parent;
     (parent ? parent->children[side] : tree_.getRoot()) = root;
+    // Leaves whose turn to be updated has not come may have outgrown what is above.
+    for (; parent && !parent->bv.contain(root->bv); parent = parent->parent) {
+        parent->bv += root->bv;
+    }
 }
 
 // A sorted row of boxes put in one by one makes a chain. As in a scapegoat tree (Galperin and Rivest 1993), the lowest
@@ -87,21 +97,20 @@ void BoxTree::keepLow(const Node* leaf) {
     }
 }
 
-void BoxTree::update(std::span<const std::uint32_t> changed, const std::vector<Aabb>& boxes,
-                     std::vector<Node*>& leaves) {
+void BoxTree::update(std::span<const std::uint32_t> changed, std::vector<Node*>& leaves) {
     added_.clear();
     for (const std::uint32_t id : changed) {
-        if (Node* leaf = leaves[id]) {
-            leaf->bv = toFcl(boxes[id]);
-            tree_.update(leaf);
-            keepLow(leaf);
+        if (holds(leaves[id])) {
+            tree_.update(leaves[id]);
+            keepLow(leaves[id]);
         } else {
             added_.push_back(id);
         }
     }
     if (added_.size() <= size() / 2) {
         for (const std::uint32_t id : added_) {
-            leaves[id] = tree_.insert(toFcl(boxes[id]), nullptr);
+            const Node* const outside = std::exchange(leaves[id], tree_.insert(leaves[id]->bv, nullptr));
+            delete outside;  // the tree makes leaves of its own
             leaves[id]->code = id;
             keepLow(leaves[id]);
         }
@@ -112,13 +121,7 @@ void BoxTree::update(std::span<const std::uint32_t> changed, const std::vector<A
         takeApart(std::exchange(tree_.getRoot(), nullptr));
     }
     for (const std::uint32_t id : added_) {
-        Node* leaf = new Node;  // the tree's from here on
-        leaf->bv = toFcl(boxes[id]);
-        leaf->data = nullptr;
-        leaf->children[1] = nullptr;
-        leaf->code = id;
-        leaves[id] = leaf;
-        leaves_.push_back(leaf);
+        leaves_.push_back(leaves[id]);  // the tree's from here on
     }
     tree_.init(leaves_);
     leaves_ = {};  // a build of all is seldom: its room is not kept

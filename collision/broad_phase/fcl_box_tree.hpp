@@ -18,10 +18,17 @@ public:
     BoxTree(const BoxTree&) = delete;
     BoxTree& operator=(const BoxTree&) = delete;
 
+    // A box is kept in its leaf alone. One that is in no tree yet is its maker's to delete.
+    static Node* makeLeaf(std::uint32_t id);
+    static Aabb boxOf(const Node* leaf) { return {leaf->bv.min_, leaf->bv.max_}; }
+    // Those above a leaf that is in the tree are told by update() only.
+    static void setBox(Node* leaf, const Aabb& box);
+
     std::size_t size() const { return tree_.size(); }
+    bool holds(const Node* leaf) const { return leaf->parent || tree_.getRoot() == leaf; }  // or another tree does
     void remove(Node* leaf) { tree_.remove(leaf); }
-    // Gives the tree the boxes of `changed`. boxes, leaves: by id; those without a leaf get one.
-    void update(std::span<const std::uint32_t> changed, const std::vector<Aabb>& boxes, std::vector<Node*>& leaves);
+    // Brings the tree up to the boxes of `changed` and takes in those that are in none. leaves: by id.
+    void update(std::span<const std::uint32_t> changed, std::vector<Node*>& leaves);
 
     // Calls f(id) for all whose boxes, as the tree knows them, overlap `box`. open: room to work in.
     template <class F>

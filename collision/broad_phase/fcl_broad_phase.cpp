@@ -67,8 +67,7 @@ struct BroadPhase::Impl {
     double margin;
     std::function<bool(ProxyId, ProxyId)> mayCollide;
     // By id.
-    std::vector<Aabb> fat;
-    std::vector<Node*> leaves;  // null: not in a tree yet, or in `endless`
+    std::vector<Node*> leaves;  // with the fat boxes; not in a tree yet where new, and never where endless
     std::vector<std::uint8_t> flags;
 
     std::vector<ProxyId> endless;  // in the order they came
@@ -88,6 +87,17 @@ struct BroadPhase::Impl {
     std::vector<ProxyPair> behindInOrder;
     std::vector<std::uint32_t> firstOf;
 
+    Impl() = default;
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+    ~Impl() {
+        for (ProxyId id = 0; id < leaves.size(); ++id) {
+            if (leaves[id] && !treeOf(id).holds(leaves[id])) {
+                delete leaves[id];
+            }
+        }
+    }
+
     bool has(ProxyId id, std::uint8_t which) const { return (flags[id] & which) != 0; }
     void set(ProxyId id, std::uint8_t which) { flags[id] = static_cast<std::uint8_t>(flags[id] | which); }
     void clear(ProxyId id, std::uint8_t which) { flags[id] = static_cast<std::uint8_t>(flags[id] & ~which); }
@@ -101,9 +111,14 @@ struct BroadPhase::Impl {
         }
     }
 
-    void leaveTree(ProxyId id) {
-        if (Node* leaf = std::exchange(leaves[id], nullptr)) {
+    Aabb fat(ProxyId id) const { return BoxTree::boxOf(leaves[id]); }
+
+    void dropLeaf(ProxyId id) {
+        Node* const leaf = std::exchange(leaves[id], nullptr);
+        if (leaf && treeOf(id).holds(leaf)) {
             treeOf(id).remove(leaf);
+        } else {
+            delete leaf;
         }
     }
 
@@ -116,23 +131,26 @@ struct BroadPhase::Impl {
 
     // Its fat box holds the tight one, and is not much larger than a fresh one.
     bool stays(ProxyId id, const Aabb& tight, const Vec3d& displacement) const {
-        const Aabb& old = fat[id];
+        const Aabb old = fat(id);
         return old.contains(tight) && fresh(tight, displacement).grown(spareMargins * margin).contains(old);
     }
 
     void place(ProxyId id, const Aabb& box) {
-        fat[id] = box;
         const bool endsNowhere = !box.isFinite();
         if (endsNowhere != has(id, flag::isEndless)) {
             if (endsNowhere) {
                 set(id, flag::isEndless);
                 endless.push_back(id);
-                leaveTree(id);
+                dropLeaf(id);
             } else {
                 clear(id, flag::isEndless);
                 std::erase(endless, id);
             }
         }
+        if (!leaves[id]) {
+            leaves[id] = BoxTree::makeLeaf(id);
+        }
+        BoxTree::setBox(leaves[id], box);
         set(id, flag::isMoved);
         ask(id);
     }
@@ -153,9 +171,10 @@ struct BroadPhase::Impl {
     void findPartners(ProxyId id, Finder& out) const {
         const auto first = static_cast<std::ptrdiff_t>(out.ahead.size());
         const auto firstBehind = static_cast<std::ptrdiff_t>(out.behind.size());
+        const Aabb box = fat(id);
         const auto meet = [&](ProxyId other) { add(id, other, out); };
         const auto meetOverlapping = [&](ProxyId other) {
-            if (fat[id].overlaps(fat[other])) {
+            if (box.overlaps(fat(other))) {
                 meet(other);
             }
         };
@@ -166,9 +185,9 @@ struct BroadPhase::Impl {
                 }
             }
         } else {
-            moving.visit(fat[id], out.open, meet);
+            moving.visit(box, out.open, meet);
             if (!has(id, flag::rests)) {
-                still.visit(fat[id], out.open, meet);
+                still.visit(box, out.open, meet);
             }
             std::for_each(endless.begin(), endless.end(), meetOverlapping);
         }
@@ -203,8 +222,8 @@ struct BroadPhase::Impl {
                 }
             }
         }
-        moving.update(changedMoving, fat, leaves);
-        still.update(changedStill, fat, leaves);
+        moving.update(changedMoving, leaves);
+        still.update(changedStill, leaves);
     }
 
     // Brings `behind`, which is in the order of b, into that of a.
@@ -279,6 +298,9 @@ struct BroadPhase::Impl {
             // A world that begins: no later update needs that much room.
             pairs.swap(ahead);
             finders.clear();
+            behind = {};
+            behindInOrder = {};
+            changedMoving = {};
         } else {
             mergeInto(pairs, ahead);
         }
@@ -314,7 +336,6 @@ void BroadPhase::add(ProxyId id, const Aabb& tight, bool isStatic) {
     CAIRN_CHECK(!contains(id), "the proxy is there already");
     checkBox(tight);
     if (id >= impl_->flags.size()) {
-        impl_->fat.resize(id + std::size_t{1});
         impl_->leaves.resize(id + std::size_t{1}, nullptr);
         impl_->flags.resize(id + std::size_t{1}, 0);
     }
@@ -330,7 +351,7 @@ void BroadPhase::remove(ProxyId id) {
     if (impl_->has(id, flag::isEndless)) {
         std::erase(impl_->endless, id);
     }
-    impl_->leaveTree(id);
+    impl_->dropLeaf(id);
     impl_->ask(id);
     impl_->flags[id] = flag::isAskedFor;
 }
@@ -399,7 +420,7 @@ std::vector<ProxyId> BroadPhase::query(const Aabb& region) const {
     impl.moving.visit(region, open, meetUnmoved);
     impl.still.visit(region, open, meetUnmoved);
     impl.forEachOutside([&](ProxyId id) {
-        if (impl.fat[id].overlaps(region)) {
+        if (impl.fat(id).overlaps(region)) {
             ids.push_back(id);
         }
     });
@@ -412,7 +433,8 @@ template <class Measure>
 void BroadPhase::walk(double limit, Measure measure, Visitor visit) const {
     const Impl& impl = *impl_;
     impl.forEachOutside([&](ProxyId id) {
-        const double bound = measure(impl.fat[id].min, impl.fat[id].max, limit);
+        const Aabb box = impl.fat(id);
+        const double bound = measure(box.min, box.max, limit);
         if (bound <= limit && !std::isinf(bound)) {
             limit = visit(id, limit);
         }
