@@ -55,7 +55,7 @@ public:
 
 private:
     struct Slot {
-        T value;
+        [[no_unique_address]] T value;  // the others may lie in its padding
         std::uint32_t generation;
         bool used;
     };

@@ -88,8 +88,8 @@ private:
         findings_.push_back(std::move(finding));
     }
     std::string nameOf(std::uint32_t body) const {
-        const BodyDef& def = bodies_[body].def;
-        return def.name.empty() ? "body " + std::to_string(body) : "\"" + def.name + "\"";
+        const std::string& name = bodies_[body].name();
+        return name.empty() ? "body " + std::to_string(body) : "\"" + name + "\"";
     }
     double substep() const { return dt_ / std::max(1, def_.solver.substeps); }
 
@@ -97,40 +97,40 @@ private:
         const Body<S>& body = bodies_[index];
         const std::string who = nameOf(index);
         double thickness = std::numeric_limits<double>::infinity();  // m, half
-        for (const Shape& shape : body.def.shapes) {
+        for (const Shape& shape : body.kind->def.shapes) {
             thickness = std::min(thickness, innerRadius(shape));
         }
         const double displacement = dt_ * static_cast<double>(body.v.norm());
-        if (!body.def.shapes.empty() && displacement > 2 * thickness) {
+        if (!body.kind->def.shapes.empty() && displacement > 2 * thickness) {
             add(FindingKind::FastBody, {index}, displacement / (2 * thickness),
                 format(
                     "%s moves %.3g m in a step and is %.3g m thick: leave its continuous collision on, or take steps "
                     "of %.2g s.",
                     who.c_str(), displacement, 2 * thickness, dt_ * 2 * thickness / displacement));
         }
-        if (!body.def.shapes.empty() && 2 * body.radius > largeBody) {
-            add(FindingKind::Units, {index}, 2 * body.radius,
+        if (!body.kind->def.shapes.empty() && 2 * body.kind->radius > largeBody) {
+            add(FindingKind::Units, {index}, 2 * body.kind->radius,
                 format("%s is %.4g m across: if its lengths are in centimetres, divide them by 100.", who.c_str(),
-                       2 * body.radius));
+                       2 * body.kind->radius));
         }
-        if (!body.def.shapes.empty() && !body.def.particle && 2 * body.radius < def_.contactMargin) {
-            add(FindingKind::Units, {index}, 2 * body.radius,
+        if (!body.kind->def.shapes.empty() && !body.kind->def.particle && 2 * body.kind->radius < def_.contactMargin) {
+            add(FindingKind::Units, {index}, 2 * body.kind->radius,
                 format("%s is %.3g mm across, less than the contact margin of %.3g mm: lower contactMargin to about a "
                        "tenth of it.",
-                       who.c_str(), 2e3 * body.radius, 1e3 * def_.contactMargin));
+                       who.c_str(), 2e3 * body.kind->radius, 1e3 * def_.contactMargin));
         }
-        if (const double volume = volumeOf(body.def); volume > 0) {
-            const double density = static_cast<double>(body.mass) / volume;
+        if (const double volume = volumeOf(body.kind->def); volume > 0) {
+            const double density = static_cast<double>(body.kind->mass) / volume;
             if (density < lightest || density > densest) {
                 add(FindingKind::Units, {index}, density,
                     format("%s weighs %.4g kg in %.3g m3, %.3g kg/m3: wood has 700, steel 7800; check its mass and its "
                            "size.",
-                           who.c_str(), static_cast<double>(body.mass), volume, density));
+                           who.c_str(), static_cast<double>(body.kind->mass), volume, density));
             }
         }
-        if (!body.def.particle) {
+        if (!body.kind->def.particle) {
             const Vec3d moments =
-                Eigen::SelfAdjointEigenSolver<Mat3d>(body.inertia.template cast<double>()).eigenvalues();
+                Eigen::SelfAdjointEigenSolver<Mat3d>(body.kind->inertia.template cast<double>()).eigenvalues();
             if (moments[0] < flat * moments[2]) {
                 add(FindingKind::FlatInertia, {index}, moments[2] / moments[0],
                     format("The moments of inertia of %s are as 1 to %.3g: what pushes it off its long axis spins it "
@@ -188,8 +188,8 @@ private:
         if (worst >= veryHeavy || (worst >= heavy && !slack)) {
             add(FindingKind::MassRatio, {load, light}, worst,
                 format("%s (%.4g kg) %s %s (%.4g kg), %.4g to 1: %s; %s.", nameOf(load).c_str(),
-                       static_cast<double>(bodies_[load].mass), joined ? "is joined to" : "bears on",
-                       nameOf(light).c_str(), static_cast<double>(bodies_[light].mass), worst, sweeps.c_str(),
+                       static_cast<double>(bodies_[load].kind->mass), joined ? "is joined to" : "bears on",
+                       nameOf(light).c_str(), static_cast<double>(bodies_[light].kind->mass), worst, sweeps.c_str(),
                        remedy(forecast).c_str()));
         } else if (forecast.sweeps > manySweeps && !forecast.exact) {
             add(FindingKind::SlowSweeps, {forecast.lowest.index}, forecast.sweeps,

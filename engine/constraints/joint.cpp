@@ -42,23 +42,23 @@ template <class S>
 void holdParticles(Joint<S>& joint, const BodyTable<S>& bodies, const std::string& type) {
     const auto isHeldAtCentre = [&](BodyId id, Pose<S>& frame) {
         const Body<S>& body = bodies[id.index];
-        if (body.def.particle) {
+        if (body.kind->def.particle) {
             const S roundOff = S(64) * Eigen::NumTraits<S>::epsilon() * (S(1) + body.pose.position.norm());
             if (frame.position.norm() > roundOff) {
                 throw InputError(type + ".anchor",
                                  text(static_cast<double>(frame.position.norm())) +
-                                     " m from the centre of the particle \"" + body.def.name + "\"",
+                                     " m from the centre of the particle \"" + body.name() + "\"",
                                  "put the anchor at the particle's centre");
             }
             frame.position.setZero();
         }
-        return body.def.particle || (!body.isDynamic() && frame.position.isZero());
+        return body.kind->def.particle || (!body.isDynamic() && frame.position.isZero());
     };
     const bool a = isHeldAtCentre(joint.a, joint.frames.a);
     const bool b = isHeldAtCentre(joint.b, joint.frames.b);
     joint.frames.particles = a && b;
-    const bool particleA = bodies[joint.a.index].def.particle;
-    const bool particleB = bodies[joint.b.index].def.particle;
+    const bool particleA = bodies[joint.a.index].kind->def.particle;
+    const bool particleB = bodies[joint.b.index].kind->def.particle;
     const bool holdsThem = std::visit(
         []<class Def>(const Def&) {
             return requires {
@@ -67,7 +67,7 @@ void holdParticles(Joint<S>& joint, const BodyTable<S>& bodies, const std::strin
         },
         joint.def);
     if ((particleA || particleB) && !holdsThem) {
-        throw InputError(type, "on the particle \"" + bodies[(particleA ? joint.a : joint.b).index].def.name + "\"",
+        throw InputError(type, "on the particle \"" + bodies[(particleA ? joint.a : joint.b).index].name() + "\"",
                          "only a ball and a distance hold particles, which do not turn");
     }
     // A ball pushes both at b's point, in axes that a carries: exact where b is the particle.
@@ -102,11 +102,12 @@ void applySoftness(Joint<S>& joint, const Softness& s, const BodyTable<S>& bodie
         if (!body.isDynamic()) {
             return S(0);
         }
-        if (body.def.particle) {
-            return j.template head<3>().squaredNorm() / body.mass;
+        if (body.kind->def.particle) {
+            return j.template head<3>().squaredNorm() / body.kind->mass;
         }
         const Vec3<S> angular = body.pose.rotation.conjugate() * Vec3<S>(j.template tail<3>());
-        return j.template head<3>().squaredNorm() / body.mass + angular.dot(inverseOf<S>(body.inertia) * angular);
+        return j.template head<3>().squaredNorm() / body.kind->mass +
+               angular.dot(inverseOf<S>(body.kind->inertia) * angular);
     };
     for (std::size_t k = 0; k < rows.size(); ++k) {
         const Row<S>& row = rows[k];
@@ -166,15 +167,15 @@ Joint<S> makeJoint(const JointDef& def, const BodyTable<S>& bodies) {
                 }
                 const Body<S>& body = bodies[joint.body(k).index];
                 moves = moves || body.isDynamic();
-                if (betweenParticles && body.isDynamic() && !body.def.particle) {
-                    throw InputError(field, "\"" + body.def.name + "\", a body that turns",
+                if (betweenParticles && body.isDynamic() && !body.kind->def.particle) {
+                    throw InputError(field, "\"" + body.name() + "\", a body that turns",
                                      "only particles (BodyDef::particle) and fixed bodies can be joined by a " + type);
                 }
             }
             if (!moves) {
                 throw InputError(
                     type,
-                    "a joint between \"" + bodies[d.a.index].def.name + "\" and \"" + bodies[d.b.index].def.name + "\"",
+                    "a joint between \"" + bodies[d.a.index].name() + "\" and \"" + bodies[d.b.index].name() + "\"",
                     "make at least one of them dynamic");
             }
             check(d, type);

@@ -14,13 +14,13 @@ struct Moved {
 
 template <class S>
 Moved movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>& a, const Body<S>& b) {
-    const bool fromB = a.radius < b.radius;
+    const bool fromB = a.kind->radius < b.kind->radius;
     const Body<S>& small = fromB ? a : b;
-    const Vec3d centre = small.localCentre.template cast<double>();
+    const Vec3d centre = small.kind->localCentre.template cast<double>();
     const Vec3d displacement = fromB ? Vec3d(aFromB.inverse() * centre - pair.aFromB.inverse() * centre)
                                      : Vec3d(aFromB * centre - pair.aFromB * centre);
     const double turn = 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm();
-    return {displacement.norm() + turn * small.radius, turn};
+    return {displacement.norm() + turn * small.kind->radius, turn};
 }
 
 // m. Where something rolls, the point that touches wanders off the known one, and a separation that is too small by the
@@ -93,8 +93,8 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
     manifold.normalInB = normalInB;
     manifold.isOnB = geometry.reference == 1;
     manifold.isReduced = geometry.isReduced;
-    const Shape& shapeA = a.def.shapes[geometry.shapeA];
-    const Shape& shapeB = b.def.shapes[geometry.shapeB];
+    const Shape& shapeA = a.kind->def.shapes[geometry.shapeA];
+    const Shape& shapeB = b.kind->def.shapes[geometry.shapeB];
     const Material& materialA = shapeA.material;
     const Material& materialB = shapeB.material;
     manifold.friction = combined<S>(materialA.friction, materialB.friction);
@@ -106,9 +106,10 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
         const ContactPoint& point = geometry.points[k];
         ContactPointState<S>& state = manifold.points[k];
         if (match[k] >= 0) {
-            ContactPointState<S>& old = before->points[static_cast<std::size_t>(match[k])];
-            state = old;
-            old.forcesTransferred = true;
+            const std::size_t old = static_cast<std::size_t>(match[k]);
+            state = before->points[old];
+            manifold.setSlip(state, before->slip(before->points[old]));
+            before->transferred = static_cast<std::uint8_t>(before->transferred | 1U << old);
         }
         state.onA = point.onA;
         state.onB = point.onB;
@@ -124,7 +125,7 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
 // m/s: spins count by the smaller body's size, so that a spinning floor reaches no further than what stands on it.
 template <class S>
 double turningSpeed(const PairSide<S>& a, const PairSide<S>& b) {
-    const double radius = std::min(a.body->radius, b.body->radius);
+    const double radius = std::min(a.body->kind->radius, b.body->kind->radius);
     return std::isfinite(radius) ? static_cast<double>(a.w.norm() + b.w.norm()) * radius : 0;
 }
 
@@ -138,9 +139,9 @@ double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
     for (const PairSide<S>* side : {&a, &b}) {
         const Body<S>& body = *side->body;
         const double displacement =
-            dt * (static_cast<double>(side->v.norm()) + static_cast<double>(side->w.norm()) * body.turningRadius);
-        if (displacement > body.ccdDistance) {
-            gap = std::min(gap, body.radius);
+            dt * (static_cast<double>(side->v.norm()) + static_cast<double>(side->w.norm()) * body.kind->turningRadius);
+        if (displacement > body.kind->ccdDistance) {
+            gap = std::min(gap, body.kind->radius);
         }
     }
     return gap;
@@ -183,13 +184,14 @@ template <class S>
 ContactGeometry<S> contactGeometry(const ContactManifold<S>& manifold, const ContactPointState<S>& point,
                                    const Body<S>& a, const Body<S>& b) {
     ContactGeometry<S> geometry;
-    geometry.onA = point.onA.template cast<S>() - a.localCentre;
-    geometry.onB = point.onB.template cast<S>() - b.localCentre;
-    geometry.particleA = a.def.particle;
-    geometry.particleB = b.def.particle;
+    geometry.onA = point.onA.template cast<S>() - a.kind->localCentre;
+    geometry.onB = point.onB.template cast<S>() - b.kind->localCentre;
+    geometry.particleA = a.kind->def.particle;
+    geometry.particleB = b.kind->def.particle;
     if (manifold.isRound) {
-        geometry.roundA = roundPart(a.def.shapes[manifold.shapeA], point.onA, manifold.normal).template cast<S>();
-        geometry.roundB = roundPart(b.def.shapes[manifold.shapeB], point.onB, manifold.normalInB).template cast<S>();
+        geometry.roundA = roundPart(a.kind->def.shapes[manifold.shapeA], point.onA, manifold.normal).template cast<S>();
+        geometry.roundB =
+            roundPart(b.kind->def.shapes[manifold.shapeB], point.onB, manifold.normalInB).template cast<S>();
     }
     geometry.normal = (geometry.carriedByB() ? manifold.normalInB : manifold.normal).template cast<S>();
     return geometry;
@@ -206,7 +208,7 @@ int PairContacts<S>::pointCount() const {
 
 template <class S>
 void PairContacts<S>::beginStep() {
-    ended.clear();
+    clearEnded();
     for (ContactManifold<S>& manifold : manifolds) {
         for (ContactPointState<S>& point : manifold.points) {
             point.impulse.setZero();
@@ -219,12 +221,12 @@ template <class S>
 void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S>& a, const Pose<S>& poseA,
                                 const Body<S>& b, const Pose<S>& poseB) {
     for (const ContactPointState<S>& point : manifold.points) {
-        if (point.forcesTransferred || point.impulse.isZero(S(0))) {
+        if (manifold.isTransferred(manifold.placeOf(point)) || point.impulse.isZero(S(0))) {
             continue;
         }
         ContactGeometry<S> geometry = contactGeometry(manifold, point, a, b);
         geometry.startStep(poseA, poseB);
-        EndedContact& end = ended.emplace_back();
+        EndedContact& end = past.make().ended.emplace_back();
         end.point = (S(0.5) * (poseA * geometry.onA + poseB * geometry.onB)).template cast<double>();
         end.normal = geometry.direction(poseA, poseB).template cast<double>();
         end.impulse = point.impulse.template cast<double>();
@@ -246,10 +248,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     const double ahead = closing(a, b, speculative.dt);
     if (pair.made) {
         const Moved moved = movedSince(pair, aFromB, *a.body, *b.body);
-        if (holds(pair, moved, ahead, speculative, std::min(a.body->radius, b.body->radius))) {
-            if (pair.before.capacity() > 0) {
-                pair.before = {};
-            }
+        if (holds(pair, moved, ahead, speculative, std::min(a.body->kind->radius, b.body->kind->radius))) {
+            pair.forgetBefore();
             for (ContactManifold<S>& manifold : pair.manifolds) {
                 for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.known); ++k) {
                     ContactGeometry<S> geometry = contactGeometry(manifold, manifold.points[k], *a.body, *b.body);
@@ -267,8 +267,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     found.clear();
     // Many boxes meet whose balls are apart: the narrow phase would find nothing.
     if ((a.pose.position - b.pose.position).template cast<double>().norm() <=
-        a.body->radius + b.body->radius + margin) {
-        collide(a.body->def.shapes, b.body->def.shapes, aFromB, margin, pair.cache, found, counts);
+        a.body->kind->radius + b.body->kind->radius + margin) {
+        collide(a.body->kind->def.shapes, b.body->kind->def.shapes, aFromB, margin, pair.cache, found, counts);
     }
     // What is beside the motion cannot be met.
     double known = margin;
@@ -283,7 +283,10 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         return beside;
     });
     // Room goes back and forth between the two: a pair that moves on and on asks for none.
-    std::vector<ContactManifold<S>>& manifolds = pair.before;
+    std::vector<ContactManifold<S>> manifolds;
+    if (pair.past) {
+        manifolds.swap(pair.past->manifolds);
+    }
     manifolds.clear();
     manifolds.reserve(found.size());
     const Quatd bFromA = relativePose(frameB, frameA).rotation;
@@ -299,7 +302,10 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     for (const ContactManifold<S>& old : pair.manifolds) {
         pair.endPoints(old, *a.body, a.pose, *b.body, b.pose);
     }
-    pair.before.swap(pair.manifolds);
+    manifolds.swap(pair.manifolds);
+    if (pair.past || !manifolds.empty()) {
+        pair.past.make().manifolds = std::move(manifolds);
+    }
     pair.isNew = true;
     pair.aFromB = aFromB;
     pair.margin = known;
@@ -327,7 +333,7 @@ void ContactTable<S>::leave(PairContacts<S>& pair, const BodyTable<S>& bodies) {
     for (const ContactManifold<S>& manifold : pair.manifolds) {
         pair.endPoints(manifold, a, a.pose, b, b.pose);
     }
-    if (!pair.ended.empty()) {
+    if (!pair.ended().empty()) {
         gone_.push_back(std::move(pair));
     }
 }
@@ -375,24 +381,28 @@ void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable
 template <class S>
 void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs,
                               bool onlyChanged) {
-    countsOf_.assign(pairs_.size(), {});
+    constexpr std::size_t pairsPerJob = 32;
+    const std::size_t jobCount = (pairs_.size() + pairsPerJob - 1) / pairsPerJob;
+    countsOf_.assign(jobCount, {});
     isCarried_.assign(pairs_.size(), 0);
-    parallelFor(jobs, pairs_.size(), 32, [&](std::size_t i) {
+    const auto look = [&](std::size_t i, NarrowCounts& counts) {
         PairContacts<S>& pair = pairs_[i];
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
         const bool changed = a.changed || b.changed;
         pair.isNew = pair.isNew || changed;
         if (pair.made && (onlyChanged ? !changed : a.stands() && b.stands())) {
-            if (pair.before.capacity() > 0) {
-                pair.before = {};
-            }
+            pair.forgetBefore();
             isCarried_[i] = !onlyChanged && !(a.rests() && b.rests()) ? 1 : 0;
             return;
         }
-        const bool anew =
-            collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, speculative, countsOf_[i]);
+        const bool anew = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, speculative, counts);
         isCarried_[i] = anew ? 0 : 1;
+    };
+    parallelFor(jobs, jobCount, 1, [&](std::size_t k) {
+        for (std::size_t i = k * pairsPerJob; i < std::min((k + 1) * pairsPerJob, pairs_.size()); ++i) {
+            look(i, countsOf_[k]);
+        }
     });
     counts_ = {};
     carried_ = static_cast<int>(std::count(isCarried_.begin(), isCarried_.end(), 1));

@@ -22,12 +22,9 @@ struct ContactPointState {
     S error = 0;                         // m, StepError::position of this point, after the last step
     S normalForce = 0;                   // N
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
-    // m, world axes: how far b has slipped against a while it should have stuck, where the solver keeps account of it
-    Vec3<S> slip = Vec3<S>::Zero();
     // N s over the step, all its sub-steps and impacts: on b, world axes; and of it along the normal.
     Vec3<S> impulse = Vec3<S>::Zero();
     S normalImpulse = 0;
-    bool forcesTransferred = false;  // whether a point of the next manifold has taken over the forces
 
     ContactPoint found() const { return {onA, onB, foundSeparation, feature}; }
 };
@@ -43,13 +40,39 @@ struct ContactManifold {
     bool isRound : 1 = false;          // whether a shape rolls at one of its points: see ContactGeometry
     bool isOnB : 1 = false;            // whether it is a face of b that corners of a meet
     bool isReduced : 1 = false;        // whether more points were found than are known
+    std::uint8_t transferred = 0;      // bit k: a point of the next manifold has taken over the forces of point k
     Vec3d normal = Vec3d::UnitY();     // unit, from A to B, in A's frame
     Vec3d normalInB = Vec3d::UnitY();  // the same in B's, when it was found
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
+    Rare<std::array<Vec3<S>, 4>> slips;  // by point, see slip()
     std::array<ContactPointState<S>, 4> points;
 
+    // m, world axes: how far b has slipped against a at one of the points while it should have stuck. 0 but for solvers
+    // that keep account of it.
+    Vec3<S> slip(const ContactPointState<S>& point) const {
+        return slips ? (*slips)[placeOf(point)] : Vec3<S>(Vec3<S>::Zero());
+    }
+    void setSlip(const ContactPointState<S>& point, const Vec3<S>& slip) {
+        if (!slips && slip.isZero(S(0))) {
+            return;
+        }
+        if (!slips) {
+            slips.make().fill(Vec3<S>::Zero());
+        }
+        (*slips)[placeOf(point)] = slip;
+    }
+    void swapPoints(std::size_t k, std::size_t l) {
+        std::swap(points[k], points[l]);
+        if (slips) {
+            std::swap((*slips)[k], (*slips)[l]);
+        }
+    }
+    bool isTransferred(std::size_t k) const { return (transferred >> k & 1) != 0; }
+    std::size_t placeOf(const ContactPointState<S>& point) const {
+        return static_cast<std::size_t>(&point - points.data());
+    }
     std::span<ContactPointState<S>> inForce() { return {points.data(), static_cast<std::size_t>(count)}; }
     std::span<const ContactPointState<S>> inForce() const { return {points.data(), static_cast<std::size_t>(count)}; }
 };
@@ -81,15 +104,38 @@ template <class S>
 struct PairContacts {
     ProxyPair pair;  // a < b, indices of bodies
     PairCache cache;
+    // What only pairs that move or have parted have.
+    struct Past {
+        std::vector<ContactManifold<S>> manifolds;  // those that the last look replaced
+        std::vector<EndedContact> ended;            // of this step
+    };
     Posed aFromB;       // at which the manifolds were made
     double margin = 0;  // m, as far as which they were looked for
+    std::vector<ContactManifold<S>> manifolds;
+    Rare<Past> past;
     bool made = false;
     bool isNew = true;  // not as it was when its island was last solved
-    std::vector<ContactManifold<S>> manifolds;
-    std::vector<ContactManifold<S>> before;  // those that the last look replaced
-    std::vector<EndedContact> ended;         // of this step
 
     int pointCount() const;  // in force
+    std::span<const ContactManifold<S>> before() const {
+        return past ? std::span<const ContactManifold<S>>(past->manifolds) : std::span<const ContactManifold<S>>();
+    }
+    std::span<const EndedContact> ended() const {
+        return past ? std::span<const EndedContact>(past->ended) : std::span<const EndedContact>();
+    }
+    void clearEnded() {
+        if (past) {
+            past->ended.clear();
+        }
+    }
+    // The manifolds are carried.
+    void forgetBefore() {
+        if (past && past->ended.empty()) {
+            past.reset();
+        } else if (past) {
+            past->manifolds = {};
+        }
+    }
     // No impulse has been given yet.
     void beginStep();
     // Notes the points of a manifold that gave an impulse and hand nothing on.
@@ -115,7 +161,7 @@ struct PairSide {
 
     Posed frame() const {
         const Posed p = pose.template cast<double>();
-        return {p.position - p.rotation * body->localCentre.template cast<double>(), p.rotation};
+        return {p.position - p.rotation * body->kind->localCentre.template cast<double>(), p.rotation};
     }
 };
 
@@ -170,7 +216,7 @@ private:
     std::map<ProxyPair, PairContacts<S>> resting_;
     int restingPoints_ = 0;
     bool hasWoken_ = false;               // since the last update()
-    std::vector<NarrowCounts> countsOf_;  // by pair
+    std::vector<NarrowCounts> countsOf_;  // by job
     std::vector<std::uint8_t> isCarried_;
     std::vector<GroundPair<S>> ground_;
     std::vector<std::uint8_t> isToCull_;  // by body; all 0 between calls

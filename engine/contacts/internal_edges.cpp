@@ -81,7 +81,7 @@ private:
         Vec3d onGround(int k) const { return bodyFromGround * (pair->groundIsB ? point(k).onB : point(k).onA); }
         // The place of the body that a contact holds up: of what is round the centre, or that of the ball on its axis.
         Vec3d held(int k) const {
-            const Shape& met = pair->body.body->def.shapes[shape];
+            const Shape& met = pair->body.body->kind->def.shapes[shape];
             if (met.kind == ShapeKind::Ellipsoid) {
                 return met.pose.position;
             }
@@ -114,7 +114,7 @@ private:
     bool areNeighbours(const GroundManifold& p, const GroundManifold& q) const {
         const Body<S>* a = p.pair->ground.body;
         const Body<S>* b = q.pair->ground.body;
-        const bool oneFrame = a == b || (a->def.type == BodyType::Static && b->def.type == BodyType::Static);
+        const bool oneFrame = a == b || (a->type == BodyType::Static && b->type == BodyType::Static);
         return p.shape == q.shape && oneFrame;
     }
 
@@ -192,9 +192,9 @@ private:
         if (!ofOthers || !isHeld(refs, edge.held(edgeRef.point))) {
             return false;
         }
-        const double slack = planeSlack(edge.pair->body.body->radius);
+        const double slack = planeSlack(edge.pair->body.body->kind->radius);
         const Quatd upright = Quatd::FromTwoVectors(plane.normal, Vec3d::UnitY());
-        const std::span<const Shape> shapes = edge.pair->ground.body->def.shapes;
+        const std::span<const Shape> shapes = edge.pair->ground.body->kind->def.shapes;
         const Aabb box = bounds(shapes.subspan(edge.ground, 1), Posed{Vec3d::Zero(), upright} * edge.bodyFromGround);
         return box.max.y() <= plane.normal.dot(plane.onGround(0)) + slack;
     }
@@ -204,7 +204,7 @@ private:
     bool isHeld(const std::vector<PointRef>& refs, const Vec3d& place) const {
         constexpr double share = 0.02;  // of the body's radius
         const GroundManifold& manifold = manifolds_[refs.front().manifold];
-        const double slack = share * manifold.pair->body.body->radius;
+        const double slack = share * manifold.pair->body.body->kind->radius;
         Vec3d t1;
         Vec3d t2;
         completeBasis(manifold.normal, t1, t2);
@@ -245,7 +245,7 @@ private:
             return;
         }
         const GroundManifold& first = manifolds_[surface];
-        const Posed shapeFromBody = first.pair->body.body->def.shapes[first.shape].pose.inverse();
+        const Posed shapeFromBody = first.pair->body.body->kind->def.shapes[first.shape].pose.inverse();
         std::vector<ContactPoint> points;
         for (const PointRef& ref : refs) {
             points.push_back(manifolds_[ref.manifold].point(ref.point).found());
@@ -268,7 +268,7 @@ private:
             p.contacts->restitution != q.contacts->restitution) {
             return false;
         }
-        const double slack = planeSlack(p.pair->body.body->radius);
+        const double slack = planeSlack(p.pair->body.body->kind->radius);
         for (int k = 0; k < q.contacts->known; ++k) {
             if (std::abs(p.normal.dot(q.onGround(k) - p.onGround(0))) > slack) {
                 return false;
@@ -283,7 +283,7 @@ private:
         std::size_t count = 0;
         for (std::size_t k = 0; k < static_cast<std::size_t>(contacts.known); ++k) {
             if (manifold.inForce[k]) {
-                std::swap(contacts.points[k], contacts.points[count]);
+                contacts.swapPoints(k, count);
                 std::swap(manifold.inForce[k], manifold.inForce[count]);
                 ++count;
             }
@@ -298,6 +298,7 @@ private:
             Vec3d place;  // on the body
             std::uint64_t feature;
             ContactPointState<S> state;
+            Vec3<S> slip;
             S sign;  // of friction and slip: 1 if the body was b
             bool taken = false;
         };
@@ -306,14 +307,14 @@ private:
             const ContactPointState<S>& point = manifold.points[k];
             if (point.normalForce != S(0)) {
                 lost.push_back({pair.groundIsB ? manifold.shapeA : manifold.shapeB,
-                                pair.groundIsB ? point.onA : point.onB, point.feature, point,
+                                pair.groundIsB ? point.onA : point.onB, point.feature, point, manifold.slip(point),
                                 pair.groundIsB ? S(-1) : S(1)});
             }
         };
         for (const PlacedPair<S>& pair : pairs_) {
-            for (const ContactManifold<S>& manifold : pair.contacts->before) {
+            for (const ContactManifold<S>& manifold : pair.contacts->before()) {
                 for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.count); ++k) {
-                    if (!manifold.points[k].forcesTransferred) {
+                    if (!manifold.isTransferred(k)) {
                         lose(pair, manifold, k);
                     }
                 }
@@ -324,7 +325,7 @@ private:
                     lose(pair, manifold, k);
                     manifold.points[k].normalForce = S(0);
                     manifold.points[k].friction.setZero();
-                    manifold.points[k].slip.setZero();
+                    manifold.setSlip(manifold.points[k], Vec3<S>::Zero());
                 }
             }
         }
@@ -350,7 +351,7 @@ private:
                     const S sign = best->sign * (manifold.pair->groundIsB ? S(-1) : S(1));
                     state.normalForce = best->state.normalForce;
                     state.friction = sign * best->state.friction;
-                    state.slip = sign * best->state.slip;
+                    manifold.contacts->setSlip(state, sign * best->slip);
                     best->taken = true;
                 }
             }
@@ -420,7 +421,8 @@ template <class S>
 bool isSlow(const PlacedPair<S>& pair) {
     constexpr double sure = 0.5;  // a point may lie a little outside the body
     const PairSide<S>& body = pair.body;
-    const double fastest = static_cast<double>(body.v.norm()) + static_cast<double>(body.w.norm()) * body.body->radius;
+    const double fastest =
+        static_cast<double>(body.v.norm()) + static_cast<double>(body.w.norm()) * body.body->kind->radius;
     return pair.ground.v.isZero(S(0)) && pair.ground.w.isZero(S(0)) && fastest < sure * slidingSpeed;
 }
 

@@ -111,7 +111,7 @@ void Islands<S>::rebuild(const BodyTable<S>& bodies, const AwakeSet& awake, cons
     for (Island& island : awake_) {
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
             placeOf_[island.bodies[i]] = static_cast<int>(i);
-            if (bodies[island.bodies[i]].locked) {
+            if (bodies[island.bodies[i]].kind->locked) {
                 lockLambda_.try_emplace(island.bodies[i]);
             }
         }
@@ -138,9 +138,7 @@ void Islands<S>::rebuild(const BodyTable<S>& bodies, const AwakeSet& awake, cons
     }
     std::vector<PairContacts<S>>& pairs = contacts.pairs();
     for (PairContacts<S>& pair : pairs) {
-        if (!pair.ended.empty()) {
-            pair.ended.clear();  // told in the last step
-        }
+        pair.clearEnded();  // told in the last step
     }
     sort(
         pairs.size(),
@@ -162,7 +160,7 @@ void Islands<S>::findDriven(const BodyTable<S>& bodies, const AwakeSet& awake, c
                             const ContactTable<S>& contacts) {
     const auto drives = [&](std::uint32_t i) {
         const Body<S>& body = bodies[i];
-        return body.def.type == BodyType::Kinematic && !(body.v.isZero(S(0)) && body.w.isZero(S(0)));
+        return body.type == BodyType::Kinematic && !(body.v.isZero(S(0)) && body.w.isZero(S(0)));
     };
     if (std::none_of(awake.bodies.begin(), awake.bodies.end(), drives)) {
         return;
@@ -196,13 +194,13 @@ std::vector<std::vector<std::uint32_t>> Islands<S>::updateSleep(BodyTable<S>& bo
             const auto turned = [&] {
                 return static_cast<double>(logQuat<S>(body.pose.rotation * body.restPose.rotation.conjugate()).norm());
             };
-            if (moved > sleep.distance || moved + turned() * body.radius > sleep.distance) {
+            if (moved > sleep.distance || moved + turned() * body.kind->radius > sleep.distance) {
                 body.restTime = 0;
                 body.restPose = body.pose;
             } else {
                 body.restTime += dt;
             }
-            rests = rests && body.def.canSleep && body.restTime >= sleep.time;
+            rests = rests && body.kind->def.canSleep && body.restTime >= sleep.time;
         }
         if (rests && !island.isDriven) {
             asleep.emplace_back(island.bodies.begin(), island.bodies.end());

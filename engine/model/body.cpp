@@ -8,28 +8,28 @@
 
 namespace cairn {
 
-std::string label(const BodyDef& def) {
-    return def.name.empty() ? std::string("body") : "body \"" + def.name + "\"";
+std::string label(const std::string& name) {
+    return name.empty() ? std::string("body") : "body \"" + name + "\"";
 }
 
-void requireFinite(const BodyDef& def, const char* field, bool finite) {
+void requireFinite(const std::string& name, const char* field, bool finite) {
     if (!finite) {
-        throw InputError(label(def) + "." + field, "a non-finite number", "give finite numbers");
+        throw InputError(label(name) + "." + field, "a non-finite number", "give finite numbers");
     }
 }
 
 template <class S>
-void requireSpeed(const BodyDef& def, const Vec3<S>& linear, const Vec3<S>& angular) {
+void requireSpeed(const std::string& name, const Vec3<S>& linear, const Vec3<S>& angular) {
     for (const auto& [field, speed] : {std::pair{"linearVelocity", linear}, std::pair{"angularVelocity", angular}}) {
         if (!std::isfinite(speed.squaredNorm())) {
-            throw InputError(label(def) + "." + field, "beyond the range of this world's numbers",
+            throw InputError(label(name) + "." + field, "beyond the range of this world's numbers",
                              "give a finite speed whose square is finite");
         }
     }
 }
 
-template void requireSpeed(const BodyDef&, const Vec3<float>&, const Vec3<float>&);
-template void requireSpeed(const BodyDef&, const Vec3<double>&, const Vec3<double>&);
+template void requireSpeed(const std::string&, const Vec3<float>&, const Vec3<float>&);
+template void requireSpeed(const std::string&, const Vec3<double>&, const Vec3<double>&);
 
 std::optional<Complaint> validate(const BodyDef& def) {
     if (def.type == BodyType::Dynamic && def.shapes.empty() && def.mass == 0) {
@@ -66,10 +66,11 @@ std::optional<Complaint> validate(const BodyDef& def) {
 
 namespace {
 
-// Mass, centre and inertia of a dynamic body; fills def.mass in.
+// Mass, centre and inertia of a dynamic body. name: for errors.
 template <class S>
-void weigh(Body<S>& body) {
-    BodyDef& def = body.def;
+void weigh(BodyKind<S>& kind, const std::string& name) {
+    const BodyDef& def = kind.def;
+    kind.givenMass = def.mass;
     if (def.type != BodyType::Dynamic) {
         return;
     }
@@ -88,85 +89,122 @@ void weigh(Body<S>& body) {
     }
     if (!(properties.mass > 0) || !std::isfinite(properties.mass)) {
         throw InputError(
-            label(def) + ".mass", std::to_string(properties.mass),
+            label(name) + ".mass", std::to_string(properties.mass),
             "a dynamic body needs mass: give it a shape with density > 0, or a mass > 0, or make it static");
     }
+    kind.givenMass = properties.mass;
+    kind.mass = static_cast<S>(properties.mass);
+    kind.localCentre = properties.centre.cast<S>();
     if (def.particle) {
-        def.mass = properties.mass;
-        body.mass = static_cast<S>(properties.mass);
-        body.localCentre = properties.centre.cast<S>();
         return;
     }
     if (!(properties.inertia.determinant() > 0)) {
-        throw InputError(label(def) + ".inertia", "singular",
+        throw InputError(label(name) + ".inertia", "singular",
                          "give it a shape with volume, or an inertia > 0 about every axis");
     }
-    def.mass = properties.mass;
-    body.mass = static_cast<S>(properties.mass);
-    body.localCentre = properties.centre.cast<S>();
-    body.inertia = properties.inertia.cast<S>();
+    kind.inertia = properties.inertia.cast<S>();
     // A ball or a cube has no gyroscopic term; nothing is paid for it there.
     const double mean = properties.inertia.trace() / 3;
-    body.gyroscopic = (properties.inertia - mean * Mat3d::Identity()).cwiseAbs().maxCoeff() > 1e-9 * mean;
+    kind.gyroscopic = (properties.inertia - mean * Mat3d::Identity()).cwiseAbs().maxCoeff() > 1e-9 * mean;
 }
 
 template <class S>
-void measureShapes(Body<S>& body, double continuousShare) {
-    const BodyDef& def = body.def;
-    const Vec3d centre = body.localCentre.template cast<double>();
-    body.radius = boundingRadius(def.shapes, centre);
-    if (!body.isDynamic()) {
+void measureShapes(BodyKind<S>& kind, double continuousShare) {
+    const BodyDef& def = kind.def;
+    const Vec3d centre = kind.localCentre.template cast<double>();
+    kind.radius = boundingRadius(def.shapes, centre);
+    if (def.type != BodyType::Dynamic) {
         return;
     }
-    body.turningRadius = def.particle ? 0 : turningRadius(def.shapes, centre);
-    body.innerRadius = std::numeric_limits<double>::infinity();
+    kind.turningRadius = def.particle ? 0 : turningRadius(def.shapes, centre);
+    kind.innerRadius = std::numeric_limits<double>::infinity();
     for (const Shape& shape : def.shapes) {
-        body.innerRadius = std::min(body.innerRadius, innerRadius(shape));
+        kind.innerRadius = std::min(kind.innerRadius, innerRadius(shape));
     }
     if (def.continuous == Continuous::Always) {
-        body.ccdDistance = 0;
+        kind.ccdDistance = 0;
     } else if (def.continuous == Continuous::Auto && !def.particle) {
-        body.ccdDistance = continuousShare * body.innerRadius;
+        kind.ccdDistance = continuousShare * kind.innerRadius;
     }
 }
 
 }  // namespace
 
 template <class S>
-Body<S> makeBody(const BodyDef& def, double continuousShare) {
-    const std::string name = label(def);
+const std::string& Body<S>::name() const {
+    static const std::string none;
+    return extra ? extra->name : none;
+}
+
+template <class S>
+BodyDef Body<S>::def() const {
+    BodyDef def = kind->def;
+    def.name = name();
+    def.position = startPosition;
+    def.rotation = Quatd(startRotation.data());
+    def.mass = kind->givenMass;
+    return def;
+}
+
+template <class S>
+std::shared_ptr<const BodyKind<S>> BodyMaker<S>::kindOf(const BodyDef& def) {
+    auto kind = std::make_shared<BodyKind<S>>();
+    kind->def = def;
+    kind->def.name.clear();
+    kind->def.position.setZero();
+    kind->def.rotation.setIdentity();
+    for (const std::shared_ptr<const BodyKind<S>>& known : last_) {
+        if (known && known->def == kind->def) {
+            return known;
+        }
+    }
+    weigh(*kind, def.name);
+    const auto any = [](const std::array<bool, 3>& flags) { return flags[0] || flags[1] || flags[2]; };
+    kind->locked = def.type == BodyType::Dynamic && (any(def.lockLinear) || any(def.lockAngular));
+    if (!def.shapes.empty()) {
+        measureShapes(*kind, continuousShare_);
+    }
+    last_[next_] = kind;
+    next_ = (next_ + 1) % last_.size();
+    return kind;
+}
+
+template <class S>
+Body<S> BodyMaker<S>::make(const BodyDef& def) {
+    const std::string name = label(def.name);
     for (std::size_t i = 0; i < def.shapes.size(); ++i) {
         validate(def.shapes[i], [&] { return name + ".shapes[" + std::to_string(i) + "]"; });
     }
     check(def, name);
     Body<S> body;
-    body.def = def;
-    body.def.rotation.normalize();
-    weigh(body);
-    body.pose = {(body.def.position + body.def.rotation * body.localCentre.template cast<double>()).template cast<S>(),
-                 body.def.rotation.template cast<S>().normalized()};
-    if (!body.pose.isFinite() || (body.isDynamic() && !(body.mass > S(0) && std::isfinite(body.mass) &&
-                                                        (def.particle || inverseOf<S>(body.inertia).allFinite())))) {
-        throw InputError(label(def), "a position, mass or inertia beyond the range of this world's numbers",
+    body.type = def.type;
+    if (!def.name.empty()) {
+        body.extra.make().name = def.name;
+    }
+    body.startPosition = def.position;
+    const Quatd rotation = def.rotation.normalized();
+    body.startRotation = {rotation.x(), rotation.y(), rotation.z(), rotation.w()};
+    body.kind = kindOf(def);
+    const BodyKind<S>& kind = *body.kind;
+    body.pose = body.home();
+    if (!body.pose.isFinite() || (body.isDynamic() && !(kind.mass > S(0) && std::isfinite(kind.mass) &&
+                                                        (def.particle || inverseOf<S>(kind.inertia).allFinite())))) {
+        throw InputError(name, "a position, mass or inertia beyond the range of this world's numbers",
                          "use World<double>, or metres and kilograms");
     }
-    body.home = body.pose;
     if (def.type != BodyType::Static) {
         body.v = def.linearVelocity.cast<S>();
         body.w = def.angularVelocity.cast<S>();
-        requireSpeed(def, body.v, body.w);
+        requireSpeed(def.name, body.v, body.w);
     }
-    const auto any = [](const std::array<bool, 3>& flags) { return flags[0] || flags[1] || flags[2]; };
-    body.locked = body.isDynamic() && (any(def.lockLinear) || any(def.lockAngular));
     body.awake = body.isDynamic() ? def.awake : def.type == BodyType::Kinematic;
     body.restPose = body.pose;
-    if (!def.shapes.empty()) {
-        measureShapes(body, continuousShare);
-    }
     return body;
 }
 
-template Body<float> makeBody<float>(const BodyDef&, double);
-template Body<double> makeBody<double>(const BodyDef&, double);
+template struct Body<float>;
+template struct Body<double>;
+template class BodyMaker<float>;
+template class BodyMaker<double>;
 
 }  // namespace cairn

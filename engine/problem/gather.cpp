@@ -18,19 +18,20 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionS
     if (s.fixed) {
         return s;
     }
-    s.gyroscopic = body.gyroscopic ? motion.gyroscopic : GyroscopicRule::None;
+    s.gyroscopic = body.kind->gyroscopic ? motion.gyroscopic : GyroscopicRule::None;
     s.gyroscopicInertia = motion.gyroscopicInertia && s.gyroscopic != GyroscopicRule::None;
-    s.mass = body.mass;
-    s.inverseMass = S(1) / body.mass;
-    s.localInertia = body.inertia;
-    s.particle = body.def.particle;
+    s.mass = body.kind->mass;
+    s.inverseMass = S(1) / body.kind->mass;
+    s.localInertia = body.kind->inertia;
+    s.particle = body.kind->def.particle;
     if (!s.particle) {
-        s.localInverseInertia = inverseOf<S>(body.inertia);
+        s.localInverseInertia = inverseOf<S>(body.kind->inertia);
     }
-    s.tolerance = body.def.tolerance;
-    s.force << body.mass * static_cast<S>(body.def.gravityScale) * motion.gravity + body.force, body.torque;
-    s.linearDecay = static_cast<S>(body.def.linearDamping);
-    s.angularDecay = static_cast<S>(body.def.angularDamping);
+    s.tolerance = body.kind->def.tolerance;
+    s.force << body.kind->mass * static_cast<S>(body.kind->def.gravityScale) * motion.gravity + body.force(),
+        body.torque();
+    s.linearDecay = static_cast<S>(body.kind->def.linearDamping);
+    s.angularDecay = static_cast<S>(body.kind->def.angularDamping);
     s.refreshInertia();
     return s;
 }
@@ -108,11 +109,11 @@ void Gatherer<S>::gather() {
     for (std::size_t i = 0; i < island_.bodies.size(); ++i) {
         const std::uint32_t index = island_.bodies[i];
         const Body<S>& source = world_.bodies[index];
-        if (source.locked) {
+        if (source.kind->locked) {
             SolverBody<S>& ground = problem_.bodies.emplace_back();
             ground.fixed = true;
             ground.index = UINT32_MAX;
-            problem_.locks.push_back({source.def.lockLinear, source.def.lockAngular, source.home,
+            problem_.locks.push_back({source.kind->def.lockLinear, source.kind->def.lockAngular, source.home(),
                                       static_cast<int>(problem_.bodies.size()) - 1, static_cast<int>(i),
                                       world_.islands.lockLambda(index)});
         }
@@ -214,7 +215,7 @@ void Gatherer<S>::fillPoints(const ProblemContact<S>& contact) {
         point->separation = from.separation;
         point->normalForce = from.normalForce;
         point->friction = from.friction;
-        point->slip = from.slip;
+        point->slip = manifold.slip(from);
         point->impulse = from.impulse;
         point->normalImpulse = from.normalImpulse;
         point->error = from.error;
@@ -227,11 +228,11 @@ void Gatherer<S>::handContactsBack() {
     problem_.forEach(problem_.contacts.size(), [&](std::size_t c) {
         const ProblemContact<S>& contact = problem_.contacts[c];
         const ProblemPoint<S>* from = problem_.points.data() + contact.firstPoint;
-        for (ContactPointState<S>& point :
-             world_.contacts.pairs()[contact.pair].manifolds[contact.manifold].inForce()) {
+        ContactManifold<S>& manifold = world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
+        for (ContactPointState<S>& point : manifold.inForce()) {
             point.normalForce = from->normalForce;
             point.friction = from->friction;
-            point.slip = from->slip;
+            manifold.setSlip(point, from->slip);
             point.impulse = from->impulse;
             point.normalImpulse = from->normalImpulse;
             point.error = from->error;

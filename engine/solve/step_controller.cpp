@@ -124,7 +124,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
 }
 
 template <class S>
-void StepController<S>::solveSubdivided(S dt, int subdivisions, Solution& solution) {
+void StepController<S>::solveSubdivided(S dt, int subdivisions, Solution& solution, NarrowCounts& narrow) {
     S subdivisionDt = dt / static_cast<S>(subdivisions);
     // Of an attempt before this one only its cost counts.
     const SolveReport spent = solution.report;
@@ -135,7 +135,7 @@ void StepController<S>::solveSubdivided(S dt, int subdivisions, Solution& soluti
     S h = subdivisionDt;
     for (int left = subdivisions; left > 0;) {
         if (solution.subdivisions > 0) {
-            gatherer_.detect(bounds(subdivisionDt), solution.narrow);
+            gatherer_.detect(bounds(subdivisionDt), narrow);
             gatherer_.gatherContacts();
         }
         const double before = solution.report.work;
@@ -164,12 +164,12 @@ bool StepController<S>::isAsked() const {
 }
 
 template <class S>
-void StepController<S>::lookAgain(S dt, Solution& solution) {
-    gatherer_.detect(bounds(dt), solution.narrow);
+void StepController<S>::lookAgain(S dt, Solution& solution, NarrowCounts& narrow) {
+    gatherer_.detect(bounds(dt), narrow);
     for (const std::uint32_t p : island_.pairs) {
         PairContacts<S>& pair = world_.contacts.pairs()[p];
-        const double bodyA = world_.bodies[pair.pair.a].def.tolerance;
-        const double bodyB = world_.bodies[pair.pair.b].def.tolerance;
+        const double bodyA = world_.bodies[pair.pair.a].kind->def.tolerance;
+        const double bodyB = world_.bodies[pair.pair.b].kind->def.tolerance;
         measurePenetration(pair, toleranceOf(request_.accuracy, bodyA, bodyB), solution.error);
     }
     gatherer_.gatherContacts();
@@ -185,7 +185,7 @@ void StepController<S>::calmDown(double over) {
 }
 
 template <class S>
-Solution StepController<S>::step(S dt) {
+Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
     gatherer_.gather();
     if (settles_) {
         for (SolverBody<S>& body : problem_.bodies) {
@@ -195,7 +195,7 @@ Solution StepController<S>::step(S dt) {
     }
     Solution solution;
     if (!isAsked()) {
-        solveSubdivided(dt, state_.isCalm() ? 1 : request_.subdivisions, solution);
+        solveSubdivided(dt, state_.isCalm() ? 1 : request_.subdivisions, solution, narrow);
         gatherer_.handBack();
         return solution;
     }
@@ -203,8 +203,8 @@ Solution StepController<S>::step(S dt) {
     int level = state_.subdivisionLevel;
     for (;;) {
         const double before = solution.report.work;
-        solveSubdivided(dt, 1 << level, solution);
-        lookAgain(dt, solution);
+        solveSubdivided(dt, 1 << level, solution, narrow);
+        lookAgain(dt, solution, narrow);
         const double ahead = 2 * (solution.report.work - before);
         const bool reached = !(solution.error.over > 1);
         if (reached || 2 << level > request_.accuracy.maxSubdivisions || solution.report.work + ahead > maxWork_) {

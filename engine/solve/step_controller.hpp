@@ -16,7 +16,6 @@ namespace cairn {
 struct Solution {
     SolveReport report;
     IslandError error;
-    NarrowCounts narrow;  // of contacts found within the step
     PlanReason reason = PlanReason::Asked;
     int substeps = 0;
     int halvings = 0;
@@ -51,11 +50,12 @@ public:
     // Gathers the island, moves it by dt, and hands back what joints and contacts carry; the bodies' new places are
     // left in the problem. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance
     // is answered by doing the step again with twice as many subdivisions. The island remembers how many it needed;
-    // after some calm steps it tries half as many. A body's own tolerance is asked of its island.
-    Solution step(S dt);
+    // after some calm steps it tries half as many. A body's own tolerance is asked of its island. narrow: added to, of
+    // contacts found within the step.
+    Solution step(S dt, NarrowCounts& narrow);
 
 private:
-    void solveSubdivided(S dt, int subdivisions, Solution& solution);
+    void solveSubdivided(S dt, int subdivisions, Solution& solution, NarrowCounts& narrow);
     // One subdivision; gives the length of its last sub-step.
     S subdivision(S dt, double maxWork, Solution& solution);
     StepPlan plan(S dt);
@@ -63,7 +63,7 @@ private:
     bool learn(const SolveReport& report);
     bool isAsked() const;
     // Contacts where the step has led, which the world then keeps for the next one.
-    void lookAgain(S dt, Solution& solution);
+    void lookAgain(S dt, Solution& solution, NarrowCounts& narrow);
     void calmDown(double over);
     SpeculativeBounds bounds(S dt) const {
         return {request_.contactMargin, static_cast<double>(dt), request_.manifoldReuseDistance};

@@ -24,15 +24,15 @@ void eraseSorted(std::vector<std::uint32_t>& list, std::uint32_t value) {
 
 template <class S>
 double World<S>::Impl::potentialOf(const Body<S>& body) const {
-    return -static_cast<double>(body.mass) * body.def.gravityScale *
+    return -static_cast<double>(body.kind->mass) * body.kind->def.gravityScale *
            def.gravity.dot(body.pose.position.template cast<double>());
 }
 
 template <class S>
 void World<S>::Impl::enter(std::uint32_t i) {
     Body<S>& b = bodies[i];
-    tolerantBodies += b.def.tolerance > 0 ? 1 : 0;
-    if (b.def.type == BodyType::Static) {
+    tolerantBodies += b.kind->def.tolerance > 0 ? 1 : 0;
+    if (b.type == BodyType::Static) {
         return;
     }
     if (b.awake || !b.isDynamic()) {
@@ -48,7 +48,7 @@ void World<S>::Impl::enter(std::uint32_t i) {
 
 template <class S>
 void World<S>::Impl::leave(std::uint32_t i) {
-    tolerantBodies -= bodies[i].def.tolerance > 0 ? 1 : 0;
+    tolerantBodies -= bodies[i].kind->def.tolerance > 0 ? 1 : 0;
     eraseSorted(awake.bodies, i);
 }
 
@@ -131,7 +131,7 @@ void World<S>::Impl::fallAsleep(const std::vector<std::vector<std::uint32_t>>& i
         for (int k = 0; k < joint.bodyCount(); ++k) {
             const Body<S>& b = bodies[joint.body(k).index];
             // A kinematic body may be set in motion, and then rouses what hangs on it.
-            if (b.def.type == BodyType::Kinematic || (b.isDynamic() && b.awake)) {
+            if (b.type == BodyType::Kinematic || (b.isDynamic() && b.awake)) {
                 return false;
             }
             group = std::max(group, b.sleepGroup);
@@ -159,7 +159,7 @@ template <class S>
 bool World<S>::Impl::wakeTouched() {
     std::vector<std::uint32_t> touched;
     const auto rouses = [&](const Body<S>& b) {
-        return b.def.type == BodyType::Kinematic ? !b.v.isZero() || !b.w.isZero() : b.isDynamic() && b.awake;
+        return b.type == BodyType::Kinematic ? !b.v.isZero() || !b.w.isZero() : b.isDynamic() && b.awake;
     };
     const auto look = [&](std::uint32_t by, std::uint32_t sleeper) {
         if (bodies[sleeper].isDynamic() && !bodies[sleeper].awake && rouses(bodies[by])) {

@@ -96,10 +96,10 @@ private:
     Motion motionOf(ProxyId i) const {
         const Body<S>& b = bodies_[i];
         const Posed to = b.pose.template cast<double>();
-        const bool moved = b.awake && b.def.type != BodyType::Static;
-        const Posed from = moved ? before_[i].pose.template cast<double>() : to;
+        const bool moved = b.awake && b.type != BodyType::Static;
+        const Posed from = moved ? before_[i].pose().template cast<double>() : to;
         Motion motion;
-        motion.centre = b.localCentre.template cast<double>();
+        motion.centre = b.kind->localCentre.template cast<double>();
         motion.start = {from.position - from.rotation * motion.centre, from.rotation};
         motion.displacement = to.position - from.position;
         motion.turn =
@@ -120,8 +120,8 @@ private:
     void findCandidates(CcdQuery& query) const {
         const Body<S>& b = bodies_[query.body];
         const Motion motion = motionOf(query.body);
-        const Aabb box = bounds(b.def.shapes, motion.start);
-        const Vec3d half = (0.5 * (box.max - box.min)).array() + std::min(2.0, motion.turn.norm()) * b.radius;
+        const Aabb box = bounds(b.kind->def.shapes, motion.start);
+        const Vec3d half = (0.5 * (box.max - box.min)).array() + std::min(2.0, motion.turn.norm()) * b.kind->radius;
         boxes_.cast(0.5 * (box.min + box.max), motion.displacement, half, 1, [&](ProxyId other, double limit) {
             if (other != query.body && mayCollide_(std::min(other, query.body), std::max(other, query.body))) {
                 query.candidates.push_back(other);
@@ -156,18 +156,18 @@ private:
         const Trajectory& own = trajectory(query.body);
         // What has contacts may get a little deeper in turning; what goes deeper than this may go through.
         ImpactSettings settings;
-        settings.gap = std::min(settings.gap, 0.5 * body.innerRadius);
-        settings.slack = 0.25 * body.innerRadius;
+        settings.gap = std::min(settings.gap, 0.5 * body.kind->innerRadius);
+        settings.slack = 0.25 * body.kind->innerRadius;
         query.fraction = 2;
         for (const ProxyId other : query.candidates) {
             const Trajectory& theirs = trajectory(other);
             // Who did not meet when they were asked, and go the same way still, do not meet now.
             if (!(query.asksAll || theirs.isNew) ||
-                !mayMeet(own.motion, body.radius, theirs.motion, bodies_[other].radius, 2 * settings.gap)) {
+                !mayMeet(own.motion, body.kind->radius, theirs.motion, bodies_[other].kind->radius, 2 * settings.gap)) {
                 continue;
             }
-            const auto impact =
-                timeOfImpact(body.def.shapes, own.motion, bodies_[other].def.shapes, theirs.motion, settings);
+            const auto impact = timeOfImpact(body.kind->def.shapes, own.motion, bodies_[other].kind->def.shapes,
+                                             theirs.motion, settings);
             if (impact && impact->fraction < query.fraction) {
                 query.meets = true;
                 query.fraction = impact->fraction;
@@ -257,7 +257,7 @@ private:
             return;
         }
         const Vec3<S> down = gravity_ / g;
-        const S scale = static_cast<S>(b.def.gravityScale);
+        const S scale = static_cast<S>(b.kind->def.gravityScale);
         const S fell = std::clamp(b.acceleration.dot(down), std::min(S(0), scale * g), std::max(S(0), scale * g));
         b.v -= static_cast<S>(lost) * dt_ * fell * down;
     }

@@ -11,8 +11,11 @@ namespace cairn {
 // Where a body was before the step.
 template <class S>
 struct Before {
-    Pose<S> pose;
+    Vec3<S> position = Vec3<S>::Zero();
     Vec3<S> w = Vec3<S>::Zero();  // rad/s
+    Quat<S> rotation = Quat<S>::Identity();
+
+    Pose<S> pose() const { return {position, rotation}; }
 };
 
 struct CcdCounts {
@@ -33,13 +36,13 @@ double maxDisplacement(const Pose<S>& from, const Pose<S>& to, double radius) {
 // Whether it went so far within the step that its way is searched for what it would pass.
 template <class S>
 bool isFastBody(const Body<S>& body, const Before<S>& before, S dt) {
-    if (!std::isfinite(body.ccdDistance)) {
+    if (!std::isfinite(body.kind->ccdDistance)) {
         return false;
     }
     const double spin = static_cast<double>(std::max(body.w.norm(), before.w.norm()));
-    return static_cast<double>((body.pose.position - before.pose.position).norm()) +
-               static_cast<double>(dt) * spin * body.turningRadius >
-           body.ccdDistance;
+    return static_cast<double>((body.pose.position - before.position).norm()) +
+               static_cast<double>(dt) * spin * body.kind->turningRadius >
+           body.kind->ccdDistance;
 }
 
 // awake: who may have moved; `before` says of them alone where they were. `boxes` must hold every body from where it

@@ -25,7 +25,7 @@ constexpr int longestSettleAfter = 512;
 template <class S>
 RestState World<S>::Impl::restStateAfter(const Body<S>& body, const SolverBody<S>& s, bool settles, S dt) {
     // m; of what has no extent, so that its spin counts too.
-    const S arm = std::isfinite(body.radius) && body.radius > 0 ? static_cast<S>(body.radius) : S(1);
+    const S arm = std::isfinite(body.kind->radius) && body.kind->radius > 0 ? static_cast<S>(body.kind->radius) : S(1);
     const Vec3<S> v = s.v.template head<3>();
     const Vec3<S> w = s.v.template tail<3>();
     // m/s, of any point of it: before, in and after the step. A try to settle it has taken it to be at rest.
@@ -35,7 +35,7 @@ RestState World<S>::Impl::restStateAfter(const Body<S>& body, const SolverBody<S
     const S speed = std::max({v.norm() + arm * w.norm(), startV.norm() + arm * startW.norm(),
                               ((s.pose.position - body.pose.position).norm() + arm * turned) / dt});
     const S change = (v - startV).norm() + arm * (w - startW).norm();
-    if (!body.force.isZero(S(0)) || !body.torque.isZero(S(0)) || speed > static_cast<S>(slowSpeed)) {
+    if (body.isPushed() || speed > static_cast<S>(slowSpeed)) {
         return RestState::Moving;
     }
     const S mayChange = settles ? settledChange<S> : stillChange<S>;
@@ -46,7 +46,7 @@ template <class S>
 bool World<S>::Impl::isSettled(const Island& island, const IslandState& state) const {
     const auto isStill = [&](std::uint32_t i) {
         const Body<S>& b = bodies[i];
-        return b.restState == RestState::Still && b.force.isZero(S(0)) && b.torque.isZero(S(0));
+        return b.restState == RestState::Still && !b.isPushed();
     };
     const auto isKnown = [&](std::uint32_t p) { return !contacts.pairs()[p].isNew; };
     return island.before >= 0 && !island.isDriven && island.pairs.size() == state.pairs &&
@@ -59,7 +59,7 @@ template <class S>
 bool World<S>::Impl::maySettle(const Island& island, const IslandState& state, S dt) const {
     const SolveReport& last = state.solved.report;
     const auto isSlow = [&](std::uint32_t i) {
-        return bodies[i].restState != RestState::Moving && !bodies[i].locked && !bodies[i].def.particle;
+        return bodies[i].restState != RestState::Moving && !bodies[i].kind->locked && !bodies[i].kind->def.particle;
     };
     if (island.before < 0 || island.isDriven || !island.joints.empty() || last.directSolves == 0 ||
         last.sweptSolves > 0 || last.unconverged || last.truncated ||
@@ -90,7 +90,7 @@ bool World<S>::Impl::maySettle(const Island& island, const IslandState& state, S
     }
     for (std::size_t i = 0; i < friction.size(); ++i) {
         const Body<S>& b = bodies[island.bodies[i]];
-        if (!(dt * friction[i] > b.mass * static_cast<S>(slowSpeed))) {
+        if (!(dt * friction[i] > b.kind->mass * static_cast<S>(slowSpeed))) {
             return false;
         }
     }
@@ -105,7 +105,7 @@ void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
         Body<S>& b = bodies[i];
         if (!b.settled) {
             b.settled = true;
-            b.momentumResidual = std::sqrt(b.mass) * dt * b.acceleration.norm();
+            b.momentumResidual = std::sqrt(b.kind->mass) * dt * b.acceleration.norm();
         }
         squared += b.momentumResidual * b.momentumResidual;
     }
@@ -152,8 +152,8 @@ void World<S>::Impl::recallIslands(S dt) {
             state.control.slowSteps = 0;
             state.control.settleAfter = ControllerState{}.settleAfter;
         }
-        state.pairs = island.pairs.size();
-        state.joints = island.joints.size();
+        state.pairs = static_cast<std::uint32_t>(island.pairs.size());
+        state.joints = static_cast<std::uint32_t>(island.joints.size());
     });
 }
 

@@ -28,7 +28,7 @@ std::vector<ContactView> World<S>::contacts() const {
     std::vector<ContactView> views;
     const double dt = impl_->report.dt;
     const auto addEnded = [&](const PairContacts<S>& pair) {
-        for (const EndedContact& end : pair.ended) {
+        for (const EndedContact& end : pair.ended()) {
             ContactView& view = views.emplace_back();
             view.a = impl_->bodies.idAt(pair.pair.a);
             view.b = impl_->bodies.idAt(pair.pair.b);

@@ -32,7 +32,7 @@ std::uint32_t firstGenerationOfWorld() {
 }
 
 template <class S>
-World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef) {
+World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef), bodyMaker(worldDef.continuousShare) {
     check(def, "world");
     jobs = def.jobs ? def.jobs : makeTbbJobSystem(def.threads);
     solver = makeSolver<S>(settings());
@@ -52,7 +52,7 @@ bool World<S>::Impl::mayCollide(ProxyId a, ProxyId b) const {
     if (!bodies[a].isDynamic() && !bodies[b].isDynamic()) {
         return false;
     }
-    if (!filtersAgree(bodies[a].def.filter, bodies[b].def.filter)) {
+    if (!filtersAgree(bodies[a].kind->def.filter, bodies[b].kind->def.filter)) {
         return false;
     }
     return !std::binary_search(noCollide.begin(), noCollide.end(), ProxyPair{std::min(a, b), std::max(a, b)});
@@ -111,7 +111,7 @@ const StepReport& World<S>::report() const {
 
 template <class S>
 BodyId World<S>::add(const BodyDef& def) {
-    const BodyId id = impl_->bodies.add(makeBody<S>(def, impl_->def.continuousShare));
+    const BodyId id = impl_->bodies.add(impl_->bodyMaker.make(def));
     const Body<S>& added = impl_->bodies[id.index];
     impl_->changed.push_back(id.index);
     if (!def.shapes.empty()) {
@@ -208,19 +208,19 @@ Vec3<S> World<S>::angularVelocity(BodyId id) const {
 }
 template <class S>
 S World<S>::mass(BodyId id) const {
-    return impl_->body(id).mass;
+    return impl_->body(id).kind->mass;
 }
 template <class S>
 Mat3<S> World<S>::inertia(BodyId id) const {
-    return impl_->body(id).inertia;
+    return impl_->body(id).kind->inertia;
 }
 template <class S>
 bool World<S>::awake(BodyId id) const {
     return impl_->body(id).awake;
 }
 template <class S>
-const BodyDef& World<S>::def(BodyId id) const {
-    return impl_->body(id).def;
+BodyDef World<S>::def(BodyId id) const {
+    return impl_->body(id).def();
 }
 template <class S>
 const WorldDef& World<S>::worldDef() const {
@@ -252,13 +252,13 @@ template <class S>
 void World<S>::setPose(BodyId id, const Pose<S>& pose) {
     Body<S>& b = impl_->body(id);
     if (!pose.isFinite() || !isRotation(pose.rotation)) {
-        throw InputError(label(b.def) + ".pose", "a non-finite number or a quaternion of length 0",
+        throw InputError(label(b.name()) + ".pose", "a non-finite number or a quaternion of length 0",
                          "give a finite pose");
     }
     impl_->wakeNeighbours(id.index);
     impl_->wake(id.index);
     const Quat<S> rotation = pose.rotation.normalized();
-    b.pose = {pose.position + rotation * b.localCentre, rotation};
+    b.pose = {pose.position + rotation * b.kind->localCentre, rotation};
     impl_->wake(id.index);
     impl_->touch(id.index);
     if (impl_->broadPhase.contains(id.index)) {
@@ -268,12 +268,12 @@ void World<S>::setPose(BodyId id, const Pose<S>& pose) {
 template <class S>
 void World<S>::setVelocity(BodyId id, const Vec3<S>& linear, const Vec3<S>& angular) {
     Body<S>& b = impl_->body(id);
-    requireSpeed(b.def, linear, angular);
-    if (b.def.type == BodyType::Static) {
-        throw InputError(label(b.def) + ".velocity", "of a static body", "make it kinematic to move it");
+    requireSpeed(b.name(), linear, angular);
+    if (b.type == BodyType::Static) {
+        throw InputError(label(b.name()) + ".velocity", "of a static body", "make it kinematic to move it");
     }
-    if (b.def.particle && !angular.isZero()) {
-        throw InputError(label(b.def) + ".velocity", "a spin of a particle", "particles do not turn: give no spin");
+    if (b.kind->def.particle && !angular.isZero()) {
+        throw InputError(label(b.name()) + ".velocity", "a spin of a particle", "particles do not turn: give no spin");
     }
     b.v = linear;
     b.w = angular;
@@ -330,29 +330,28 @@ void World<S>::applyForce(BodyId id, const Vec3<S>& force) {
 template <class S>
 void World<S>::applyForce(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
     Body<S>& b = impl_->body(id);
-    requireFinite(b.def, "force", force.allFinite() && point.allFinite());
-    b.force += force;
-    b.torque += (point - b.pose.position).cross(force);
+    requireFinite(b.name(), "force", force.allFinite() && point.allFinite());
+    b.push(force, (point - b.pose.position).cross(force));
     impl_->wake(id.index);
 }
 template <class S>
 void World<S>::applyTorque(BodyId id, const Vec3<S>& torque) {
     Body<S>& b = impl_->body(id);
-    requireFinite(b.def, "torque", torque.allFinite());
-    b.torque += torque;
+    requireFinite(b.name(), "torque", torque.allFinite());
+    b.push(Vec3<S>::Zero(), torque);
     impl_->wake(id.index);
 }
 template <class S>
 void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point) {
     Body<S>& b = impl_->body(id);
-    requireFinite(b.def, "impulse", impulse.allFinite() && point.allFinite());
+    requireFinite(b.name(), "impulse", impulse.allFinite() && point.allFinite());
     if (!b.isDynamic()) {
         return;
     }
     const Mat3<S> R = b.pose.rotation.toRotationMatrix();
-    b.v += impulse / b.mass;
-    if (!b.def.particle) {
-        b.w += R * inverseOf<S>(b.inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
+    b.v += impulse / b.kind->mass;
+    if (!b.kind->def.particle) {
+        b.w += R * inverseOf<S>(b.kind->inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
     }
     impl_->wake(id.index);
     impl_->touch(id.index);

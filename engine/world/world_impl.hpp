@@ -6,6 +6,8 @@
 #include "engine/solve/step_controller.hpp"
 #include "engine/world/continuous.hpp"
 
+#include <mutex>
+
 namespace cairn {
 
 // Where the generations of a new world's ids begin: another place for every world of the process, so that an id of one
@@ -23,6 +25,7 @@ struct World<S>::Impl {
     double solveSeconds = 0;  // of this step, by the budget's clock
     const std::uint32_t firstGeneration = firstGenerationOfWorld();
     BodyTable<S> bodies{firstGeneration};
+    BodyMaker<S> bodyMaker;
     JointTable<S> joints{firstGeneration};
     std::vector<ProxyPair> noCollide;  // jointed bodies that ignore each other; sorted, one entry a joint
     BroadPhase broadPhase;
@@ -43,10 +46,10 @@ struct World<S>::Impl {
     // What is kept of an island from step to step.
     struct IslandState {
         ControllerState control;
-        SolverMemory<S> memory;
-        Solution solved;  // of the last step
-        std::size_t pairs = 0;
-        std::size_t joints = 0;
+        Rare<SolverMemory<S>> memory;  // large ones have their own
+        Solution solved;               // of the last step
+        std::uint32_t pairs = 0;
+        std::uint32_t joints = 0;
         bool isFinite = true;
         bool settled = false;  // in this step
         bool settles = false;  // this step tries to settle it (StepPlan::settles)
@@ -104,13 +107,13 @@ struct World<S>::Impl {
     void wakeNeighbours(std::uint32_t index);
     // Speculative bounds: the box that a body can reach within dt, with half of the contact margin around it.
     Aabb speculativeBox(const Body<S>& b, double dt) const {
-        return bounds(b.def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + motion(b, dt));
+        return bounds(b.kind->def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + motion(b, dt));
     }
     // m, that no point of the body moves farther than within dt. What is too fast to be squared (an impulse of the
     // game, which the step finds and puts back) reaches far, but not out of all boxes.
     static double motion(const Body<S>& b, double dt) {
         constexpr double farthest = 1e15;
-        const double turn = std::isfinite(b.radius) ? static_cast<double>(b.w.norm()) * b.radius : 0;
+        const double turn = std::isfinite(b.kind->radius) ? static_cast<double>(b.w.norm()) * b.kind->radius : 0;
         const double distance = dt * (static_cast<double>(b.v.norm()) + turn);
         return distance < farthest ? distance : farthest;
     }
@@ -168,7 +171,9 @@ private:
     double loadOf(const Island& island) const;
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
-    std::vector<double> maxWork_;  // by awake island
+    std::vector<double> maxWork_;  // by awake island; empty: no bound
+    std::mutex narrowMutex_;
+    NarrowCounts narrow_;  // of contacts found within the islands of this step
     Totals totals_;
     void record(const Island& island, const IslandState& state);
     void countAndClose();

@@ -170,7 +170,7 @@ template <class S>
 BodyQuery bodyQuery(const BodyTable<S>& bodies, const BroadPhase& broadPhase) {
     return {broadPhase, [&bodies](ProxyId proxy) {
                 const Body<S>& b = bodies[proxy];
-                return QueryBody{b.def.shapes, b.framePoseDouble()};
+                return QueryBody{b.kind->def.shapes, b.framePoseDouble()};
             }};
 }
 
@@ -191,7 +191,7 @@ WorldQuery World<S>::query(const Filter& as) const {
     const Impl* impl = &*impl_;
     return WorldQuery(std::make_shared<const WorldQuery::Impl>(WorldQuery::Impl{
         bodyQuery(impl->bodies, impl->broadPhase), [impl](ProxyId proxy) { return impl->bodies.idAt(proxy); },
-        [impl, as](ProxyId proxy) { return filtersAgree(as, impl->bodies[proxy].def.filter); }, impl->jobs}));
+        [impl, as](ProxyId proxy) { return filtersAgree(as, impl->bodies[proxy].kind->def.filter); }, impl->jobs}));
 }
 
 template WorldQuery World<float>::query() const;

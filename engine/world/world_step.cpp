@@ -64,7 +64,7 @@ void World<S>::Impl::move(S dt) {
     const double start = budgetClock();
     before.resize(bodies.slotCount());
     for (const std::uint32_t i : awake.bodies) {
-        before[i] = {bodies[i].pose, bodies[i].w};
+        before[i] = {bodies[i].pose.position, bodies[i].w, bodies[i].pose.rotation};
     }
     solveIslands(dt);
     solveSeconds = budgetClock() - start;
@@ -154,8 +154,8 @@ void World<S>::Impl::catchFastBodies(S dt) {
     for (const std::uint32_t i : awake.bodies) {
         const Body<S>& b = bodies[i];
         if (broadPhase.contains(i)) {
-            const double moved = maxDisplacement(before[i].pose, b.pose, b.radius);
-            const Aabb box = bounds(b.def.shapes, b.framePoseDouble());
+            const double moved = maxDisplacement(before[i].pose(), b.pose, b.kind->radius);
+            const Aabb box = bounds(b.kind->def.shapes, b.framePoseDouble());
             broadPhase.move(i, box.grown(0.5 * def.contactMargin + moved), Vec3d::Zero());
         }
     }
@@ -183,22 +183,20 @@ void World<S>::Impl::writeBack(const Problem<S>& problem, IslandState& state, S 
         if (!s.pose.isFinite() || !std::isfinite(s.v.squaredNorm())) {
             state.isFinite = false;
             b.v.setConstant(std::numeric_limits<S>::quiet_NaN());
-            b.force.setZero();
-            b.torque.setZero();
+            b.endPush();
             continue;
         }
         b.restState = restStateAfter(b, s, state.settles, dt);
         if (state.settles) {
-            b.momentumResidual = std::max(b.momentumResidual, std::sqrt(b.mass) * b.v.norm());
-            state.solved.report.residualMomentum =
-                std::hypot(state.solved.report.residualMomentum, static_cast<double>(std::sqrt(b.mass) * b.v.norm()));
+            b.momentumResidual = std::max(b.momentumResidual, std::sqrt(b.kind->mass) * b.v.norm());
+            state.solved.report.residualMomentum = std::hypot(
+                state.solved.report.residualMomentum, static_cast<double>(std::sqrt(b.kind->mass) * b.v.norm()));
         }
         b.pose = s.pose;
         b.acceleration = (state.settles ? v : Vec3<S>(v - b.v)) / dt;
         b.v = v;
         b.w = w;
-        b.force.setZero();
-        b.torque.setZero();
+        b.endPush();
     }
 }
 
@@ -206,11 +204,10 @@ template <class S>
 void World<S>::Impl::moveKinematic(S dt) {
     for (const std::uint32_t i : awake.bodies) {
         Body<S>& b = bodies[i];
-        if (b.def.type == BodyType::Kinematic) {
+        if (b.type == BodyType::Kinematic) {
             b.pose.position += dt * b.v;
             b.pose.rotation = rotated<S>(b.pose.rotation, dt * b.w);
-            b.force.setZero();
-            b.torque.setZero();
+            b.endPush();
         }
     }
 }
@@ -258,10 +255,11 @@ double World<S>::Impl::loadOf(const Island& island) const {
 template <class S>
 void World<S>::Impl::shareWork() {
     const std::vector<Island>& active = islands.awake();
-    maxWork_.assign(active.size(), std::numeric_limits<double>::infinity());
+    maxWork_.clear();
     if (report.maxWork == 0) {
         return;
     }
+    maxWork_.resize(active.size());
     double rowsOfAll = 0;
     double workOfAll = 0;
     for (std::size_t k = 0; k < active.size(); ++k) {
@@ -325,13 +323,18 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     constexpr std::size_t fewBodies = 2;
     const Island& island = islands.awake()[k];
     IslandState& state = islandStates[k];
-    SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory;
+    SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory.make();
     const WorldTables<S> tables{
         bodies,    joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia},
         jobs.get()};
     std::swap(problem.memory, memory);
+    NarrowCounts narrow;
     state.solved =
-        StepController<S>(tables, island, problem, state.control, by, request, state.settles, maxWork).step(dt);
+        StepController<S>(tables, island, problem, state.control, by, request, state.settles, maxWork).step(dt, narrow);
+    if (narrow.shapePairs > 0) {
+        const std::lock_guard lock(narrowMutex_);  // sums of whole numbers: the order of threads does not show
+        narrow_ += narrow;
+    }
     std::swap(problem.memory, memory);
     state.control.work = state.solved.report.work;
     writeBack(problem, state, dt);
@@ -343,16 +346,20 @@ void World<S>::Impl::solveIslands(S dt) {
     SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, 1};
     Solver<S>& by = solverOf(request);
     shareWork();
+    narrow_ = {};
     // Threads share a large island, one after the other; then the small ones, in bunches.
+    const auto solve = [&](std::size_t k) {
+        solveIsland(k, by, request, maxWork_.empty() ? infinity<double>() : maxWork_[k], dt);
+    };
     for (std::size_t k = 0; k < active.size(); ++k) {
         if (!islandStates[k].settled && active[k].isLarge()) {
-            solveIsland(k, by, request, maxWork_[k], dt);
+            solve(k);
         }
     }
     const std::size_t grain = std::clamp<std::size_t>(active.size() / 64, 1, 16);
     parallelFor(*jobs, active.size(), grain, [&](std::size_t k) {
         if (!islandStates[k].settled && !active[k].isLarge()) {
-            solveIsland(k, by, request, maxWork_[k], dt);
+            solve(k);
         }
     });
     for (std::size_t k = 0; k < active.size(); ++k) {
@@ -371,10 +378,11 @@ void World<S>::Impl::measure() {
             continue;
         }
         const double asked =
-            toleranceOf(def.accuracy, bodies[pair.pair.a].def.tolerance, bodies[pair.pair.b].def.tolerance);
+            toleranceOf(def.accuracy, bodies[pair.pair.a].kind->def.tolerance, bodies[pair.pair.b].kind->def.tolerance);
         measurePenetration(pair, asked, islandStates[static_cast<std::size_t>(k)].solved.error);
     }
     totals_ = {};
+    report.counts.narrow += narrow_;
     const std::vector<Island>& active = islands.awake();
     report.islands.reserve(active.size());
     for (std::size_t k = 0; k < active.size(); ++k) {
@@ -398,7 +406,6 @@ void World<S>::Impl::record(const Island& island, const IslandState& state) {
         counts.factorisations += s.factorisations;
         counts.work += s.work;
         counts.solves += solution.solves;
-        counts.narrow += solution.narrow;
     }
     counts.truncated += s.truncated ? 1 : 0;
     // Sweeps that are too few for the masses let bodies into each other, step after step, and say nothing.
@@ -465,7 +472,8 @@ void World<S>::Impl::countAndClose() {
         }
         ++c.awake;
         const Vec3<S> w = b.pose.rotation.conjugate() * b.w;
-        report.kineticEnergy += 0.5 * static_cast<double>(b.mass * b.v.squaredNorm() + w.dot(b.inertia * w));
+        report.kineticEnergy +=
+            0.5 * static_cast<double>(b.kind->mass * b.v.squaredNorm() + w.dot(b.kind->inertia * w));
         report.potentialEnergy += potentialOf(b);
     }
     report.error.meanPenetration = totals_.touching > 0 ? totals_.penetration / totals_.touching : 0;

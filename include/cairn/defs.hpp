@@ -27,6 +27,8 @@ struct Filter {
     std::uint32_t category = 1;
     std::uint32_t mask = UINT32_MAX;
     int group = 0;
+
+    bool operator==(const Filter&) const = default;
 };
 
 inline bool filtersAgree(const Filter& a, const Filter& b) {
@@ -66,6 +68,8 @@ struct BodyDef {
     Continuous continuous = Continuous::Auto;  // dynamic only
     bool canSleep = true;
     bool awake = true;
+
+    bool operator==(const BodyDef&) const = default;
 };
 
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();

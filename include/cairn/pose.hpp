@@ -26,6 +26,7 @@ struct Pose {
     }
 
     bool isFinite() const { return position.allFinite() && rotation.coeffs().allFinite(); }
+    bool operator==(const Pose&) const = default;
 };
 
 // A pose that many vectors are to be turned by: its rotation as a matrix.

@@ -16,6 +16,8 @@ struct Material {
     double staticFriction = -1;  // sticking Coulomb coefficient, >= friction; negative: the same as friction
     double restitution = 0;      // e in [0, 1], applied to the stored approach speed
     double density = 1000;       // kg/m3, > 0; water, so that a body without a mass weighs something plausible
+
+    bool operator==(const Material&) const = default;
 };
 
 enum class ShapeKind { Sphere, Capsule, Box, Cylinder, Cone, Ellipsoid, Hull, HalfSpace, Mesh, HeightField };
@@ -43,6 +45,9 @@ struct Shape {
     std::shared_ptr<const HeightField> field;   // HeightField only
     Posed pose;                                 // of the shape in the body's frame
     Material material;
+
+    // The same geometry means the same object: hulls, meshes and fields are not looked into.
+    bool operator==(const Shape&) const = default;
 };
 
 // A Shape may be filled in by hand. Throws InputError for one that is none: a kind without its hull, mesh or field; a

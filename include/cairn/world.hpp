@@ -88,8 +88,8 @@ public:
     S mass(BodyId id) const;           // 0 for static and kinematic bodies
     Mat3<S> inertia(BodyId id) const;  // about the centre of mass, body axes
     bool awake(BodyId id) const;
-    const BodyDef& def(BodyId id) const;  // as added, with mass and inertia filled in
-    std::vector<BodyId> bodies() const;   // in order of index
+    BodyDef def(BodyId id) const;        // as added, with its mass filled in; a copy, made for who asks
+    std::vector<BodyId> bodies() const;  // in order of index
     std::vector<JointId> joints() const;
 
     void setPose(BodyId id, const Pose<S>& pose);

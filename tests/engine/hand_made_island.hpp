@@ -42,11 +42,14 @@ public:
 
 private:
     BodyId add(const BodyDef& def) {
+        auto kind = std::make_shared<BodyKind<double>>();
+        kind->def = def;
+        kind->mass = def.mass;
+        kind->inertia = def.inertia.asDiagonal();
         Body<double> body;
-        body.def = def;
+        body.kind = kind;
+        body.type = def.type;
         body.pose = {def.position, def.rotation};
-        body.mass = def.mass;
-        body.inertia = def.inertia.asDiagonal();
         SolverBody<double>& s = problem.bodies.emplace_back();
         s.fixed = def.type != BodyType::Dynamic;
         s.particle = def.particle;
@@ -58,8 +61,8 @@ private:
             s.inverseMass = 1 / def.mass;
         }
         if (!s.fixed && !s.particle) {
-            s.localInertia = body.inertia;
-            s.localInverseInertia = body.inertia.inverse();
+            s.localInertia = kind->inertia;
+            s.localInverseInertia = kind->inertia.inverse();
             s.refreshInertia();
         }
         return table_.add(std::move(body));

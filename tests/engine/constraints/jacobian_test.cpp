@@ -124,19 +124,23 @@ Vec3d position(const BodyTable<S>& bodies, BodyId id) {
 
 template <class S>
 BodyId addLooseBody(BodyTable<S>& bodies, const Posed& pose) {
+    auto kind = std::make_shared<BodyKind<S>>();
+    kind->mass = 1;
+    kind->inertia.setIdentity();
     Body<S> body;
+    body.kind = kind;
     body.pose = pose.cast<S>();
-    body.mass = 1;
-    body.inertia.setIdentity();
     return bodies.add(body);
 }
 
 template <class S>
 BodyId addLooseParticle(BodyTable<S>& bodies, const Vec3d& position) {
+    auto kind = std::make_shared<BodyKind<S>>();
+    kind->def.particle = true;
+    kind->mass = 1;
     Body<S> body;
-    body.def.particle = true;
+    body.kind = kind;
     body.pose.position = position.cast<S>();
-    body.mass = 1;
     return bodies.add(body);
 }
 

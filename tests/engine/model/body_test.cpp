@@ -155,6 +155,35 @@ TEST(Bodies, MassPropertiesComeFromTheShapes) {
     EXPECT_EQ(world.def(body).mass, world.mass(body));
 }
 
+TEST(Bodies, WhatIsAlikeIsSharedAndTheRestIsNot) {
+    Worldd world;
+    BodyDef def{.name = "first", .shapes = {box({0.5, 0.5, 0.5})}, .position = Vec3d(1, 2, 3)};
+    const BodyId first = world.add(def);
+    def.name = "second";
+    def.position = Vec3d(4, 5, 6);
+    def.rotation = Quatd(Eigen::AngleAxisd(0.5, Vec3d::UnitZ()));
+    const BodyId second = world.add(def);
+    def.name = "";
+    def.shapes[0].material.density *= 2;
+    def.linearVelocity = Vec3d(1, 0, 0);
+    const BodyId heavier = world.add(def);
+    world.applyForce(first, Vec3d(0, 100, 0));
+    world.step(0.01);
+    world.remove(first);
+    const BodyId third = world.add(def);
+
+    EXPECT_EQ(world.def(second).name, "second");
+    EXPECT_EQ(world.def(second).position, Vec3d(4, 5, 6));
+    EXPECT_NEAR(world.def(second).rotation.angularDistance(def.rotation), 0, 1e-15);
+    EXPECT_EQ(world.def(second).mass, 1000);
+    EXPECT_EQ(world.mass(second), 1000);
+    EXPECT_EQ(world.def(second).linearVelocity, Vec3d::Zero());
+    EXPECT_EQ(world.def(heavier).name, "");
+    EXPECT_EQ(world.mass(heavier), 2000);
+    EXPECT_EQ(world.def(third).linearVelocity, Vec3d(1, 0, 0));
+    EXPECT_EQ(world.linearVelocity(third), Vec3d(1, 0, 0));
+}
+
 TEST(Bodies, RemovalInMidRun) {
     Worldd world;
     addFloor(world);
