@@ -74,15 +74,20 @@ public:
         }
     }
 
-    void jointType(const char* name, JointDef& def) {
+    template <class Variant>
+    void kind(const char* name, Variant& def, const KindRule& rule) {
         known_.emplace_back(name);
         const auto found = node_.find(name);
-        const std::vector<std::string> words(jointTypes.begin(), jointTypes.end());
-        if (found == node_.end()) {
-            throw InputError(place_.pointer() + "/" + name, "(missing)", "say which joint; " + suggestion("", words));
+        const std::vector<std::string> words(kindNames<Variant>.begin(), kindNames<Variant>.end());
+        if (found != node_.end()) {
+            def = makeKind<Variant>(word(*found, place_.at(name), words, std::string("a ") + rule.what));
+        } else if (rule.required) {
+            throw InputError(place_.pointer() + "/" + name, "(missing)",
+                             std::string("say which ") + rule.what + "; " + suggestion("", words));
         }
-        const Place at = place_.at(name);
-        def = makeJoint(word(*found, at, words, "a joint"));
+        if constexpr (std::is_same_v<Variant, SolverDef>) {
+            solver_ = kindName(def);
+        }
     }
 
     void oneOf(std::initializer_list<const char*> names) { choices_.assign(names.begin(), names.end()); }
@@ -97,10 +102,16 @@ public:
     // A misspelt field says more than the field that is missing for it, so it goes first.
     void finish() const {
         for (const auto& [key, value] : node_.items()) {
-            if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
-                throw InputError(place_.at(key.c_str()).pointer(), shown(value),
-                                 "there is no such field; " + suggestion(key, known_));
+            if (std::find(known_.begin(), known_.end(), key) != known_.end()) {
+                continue;
             }
+            const std::string pointer = place_.at(key.c_str()).pointer();
+            const std::optional<Complaint> ofOthers =
+                solver_.empty() ? std::nullopt : notTaken(solver_, key, shown(value));
+            if (ofOthers) {
+                throw InputError(pointer, ofOthers->value, ofOthers->remedy);
+            }
+            throw InputError(pointer, shown(value), "there is no such field; " + suggestion(key, known_));
         }
         if (!missing_.empty()) {
             throw InputError(place_.pointer() + "/" + missing_, "(missing)",
@@ -125,13 +136,13 @@ public:
 
 private:
     static std::size_t word(const json& value, const Place& place, const std::vector<std::string>& words,
-                            const char* what) {
+                            const std::string& what) {
         const auto found =
             value.is_string() ? std::find(words.begin(), words.end(), value.get<std::string>()) : words.end();
         if (found == words.end()) {
-            throw InputError(place.pointer(), shown(value),
-                             std::string("name ") + what + "; " +
-                                 suggestion(value.is_string() ? value.get<std::string>() : "", words));
+            throw InputError(
+                place.pointer(), shown(value),
+                "name " + what + "; " + suggestion(value.is_string() ? value.get<std::string>() : "", words));
         }
         return static_cast<std::size_t>(found - words.begin());
     }
@@ -298,6 +309,7 @@ private:
     std::vector<std::string> known_;
     std::string missing_;
     std::string missingText_;
+    std::string solver_;  // whose numbers these are, if a solver's
     std::vector<std::string> choices_;
     std::pair<std::string, std::string> halves_;  // given, missing
 };

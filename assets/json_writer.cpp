@@ -88,9 +88,12 @@ public:
             required_.push_back(name);
         }
     }
-    void jointType(const char* name, JointDef& def) {
-        all_[name] = scene_file::jointType(def);
-        required_.push_back(name);
+    template <class Variant>
+    void kind(const char* name, Variant& def, const KindRule& rule) {
+        all_[name] = kindName(def);
+        if (rule.required || def.index() > 0) {
+            required_.push_back(name);
+        }
     }
     void oneOf(std::initializer_list<const char*>) {}
     void together(const char*, const char*) {}
@@ -120,7 +123,10 @@ Struct blankLike(const Struct&) {
     return {};
 }
 JointFields blankLike(const JointFields& joint) {
-    return {.def = makeJoint(joint.def.index())};
+    return {.def = makeKind<JointDef>(joint.def.index())};
+}
+SolverDef blankLike(const SolverDef& def) {
+    return makeKind<SolverDef>(def.index());
 }
 
 template <class T>
@@ -244,9 +250,12 @@ public:
             required_.push_back(name);
         }
     }
-    void jointType(const char* name, JointDef& def) {
-        properties_[name] = {{"const", scene_file::jointType(def)}};
-        required_.push_back(name);
+    template <class Variant>
+    void kind(const char* name, Variant& def, const KindRule& rule) {
+        properties_[name] = {{"const", kindName(def)}};
+        if (rule.required || def.index() > 0) {
+            required_.push_back(name);
+        }
     }
     void oneOf(std::initializer_list<const char*> names) {
         for (const char* name : names) {
@@ -307,12 +316,10 @@ public:
         return {{"type", "object"}, {"additionalProperties", schemaOf(element, rule)}};
     }
     static json schemaOf(JointFields&, const Rule&) {
-        json kinds = json::array();
-        for (std::size_t i = 0; i < jointTypes.size(); ++i) {
-            JointFields joint{.def = makeJoint(i)};
-            kinds.push_back(objectSchema(joint));
-        }
-        return {{"oneOf", kinds}};
+        return schemaOfKinds<JointDef>([](const JointDef& def) { return JointFields{.def = def}; });
+    }
+    static json schemaOf(SolverDef&, const Rule&) {
+        return schemaOfKinds<SolverDef>([](const SolverDef& def) { return def; });
     }
     template <Record Struct>
     static json schemaOf(Struct& value, const Rule&) {
@@ -320,6 +327,16 @@ public:
     }
 
 private:
+    template <class Variant>
+    static json schemaOfKinds(const auto& structWith) {
+        json kinds = json::array();
+        for (std::size_t i = 0; i < std::variant_size_v<Variant>; ++i) {
+            auto value = structWith(makeKind<Variant>(i));
+            kinds.push_back(objectSchema(value));
+        }
+        return {{"oneOf", kinds}};
+    }
+
     template <class Struct>
     static json objectSchema(Struct& value) {
         SchemaWriter writer;
@@ -462,6 +479,21 @@ private:
     std::map<std::string, std::string> told_;
 };
 
+// For readers: what a field means does not depend on whose it is, and so is told once.
+json schemaWithSolversAsOne() {
+    SolverNumbers numbers;
+    const json fields = SchemaWriter::schemaOf(numbers, {""})["properties"];
+    json out = schemaJson();
+    json& solver = out["properties"]["world"]["properties"]["solver"];
+    const json text = solver["description"];
+    solver = {{"type", "object"}, {"description", text}};
+    solver["properties"]["name"] = {{"enum", kindNames<SolverDef>},
+                                    {"default", solverName({})},
+                                    {"description", "which solver; auto picks one for each island"}};
+    solver["properties"].update(fields);
+    return out;
+}
+
 std::string solversTable() {
     std::string out = "| field |";
     std::string line = "|---|";
@@ -470,9 +502,9 @@ std::string solversTable() {
         line += "---|";
     }
     out += "\n" + line + "\n";
-    SolverDef def;
+    SolverNumbers numbers;
     ObjectWriter fields;
-    describe(fields, def);
+    describe(fields, numbers);
     for (const auto& [name, value] : fields.all().items()) {
         out += "| `" + name + "` |";
         for (const SolverInfo& info : solverList()) {
@@ -505,8 +537,9 @@ std::string fieldsPage() {
            "finite "
            "and a field that is not listed are refused with place, value and remedy. Units: m, kg, s, rad.\n"
            "\n## Which solver takes what\n\n"
-           "A field of `world.solver` away from its default that the solver does not take is refused by name.\n\n" +
-           solversTable() + FieldsPage().text(schemaJson());
+           "In C++ each solver is a struct of these fields alone (`<cairn/solvers.hpp>`). A file that gives it others "
+           "is refused, and told who takes them.\n\n" +
+           solversTable() + FieldsPage().text(schemaWithSolversAsOne());
 }
 
 }  // namespace cairn::scene_file

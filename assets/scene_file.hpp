@@ -154,27 +154,6 @@ struct SceneFile {
     std::vector<DeformableFields> deformables = {};
 };
 
-// The names of the variant's alternatives, in order.
-inline constexpr auto jointTypes = []<std::size_t... I>(std::index_sequence<I...>) {
-    return std::array{std::variant_alternative_t<I, JointDef>::typeName...};
-}
-(std::make_index_sequence<std::variant_size_v<JointDef>>());
-
-inline const char* jointType(const JointDef& def) {
-    return jointTypes[def.index()];
-}
-
-// A joint of the named type with the type's defaults; `index` into jointTypes.
-template <std::size_t I = 0>
-JointDef makeJoint(std::size_t index) {
-    if constexpr (I + 1 < std::variant_size_v<JointDef>) {
-        if (index != I) {
-            return makeJoint<I + 1>(index);
-        }
-    }
-    return JointDef(std::in_place_index<I>);
-}
-
 template <class A>
 void describe(A& a, WorldFields& w) {
     a.field("dt", w.dt, stepRule);
@@ -287,7 +266,7 @@ void describe(A& a, BodyFields& b) {
 template <class A>
 void describe(A& a, JointFields& j) {
     a.field("name", j.name, {"for reports; no two joints share one"});
-    a.jointType("type", j.def);
+    a.kind("type", j.def, {.what = "joint", .required = true});
     a.field("a", j.a, {.text = "the first body: its name, or its place in `bodies`", .required = true});
     a.field("b", j.b, {.text = "the second body", .required = true});
     std::visit(

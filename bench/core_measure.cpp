@@ -155,7 +155,7 @@ Outcome run(const Case& c) {
     def.threads = c.threads;
     def.sleep.enabled = c.scene->sleep;
     if (!c.solver.empty()) {
-        def.solver.name = c.solver;
+        def.solver = solverNamed(c.solver);
     }
     if (c.apart) {
         def.gravity = Vec3d::Zero();

@@ -139,7 +139,7 @@ Case pile200() {
 template <class S>
 void step(benchmark::State& state, Case (*make)(), const char* solver) {
     Case c = make();
-    c.def.solver.name = solver;
+    c.def.solver = solverNamed(solver);
     World<S> world(c.def);
     std::vector<BodyId> ids;
     for (const BodyDef& body : c.bodies) {

@@ -127,11 +127,14 @@ Scene openScene(const SceneArguments& arguments) {
     SolverDef& solver = scene.world.solver;
     if (arguments.solver) {
         // Of the scene's numbers, those that are for another solver alone go with it.
-        solver.name = *arguments.solver;
-        solver = onlyTaken(solver);
+        solver = solverNamed(*arguments.solver, solver);
     }
-    solver.substeps = arguments.substeps.value_or(solver.substeps);
-    solver.iterations = arguments.iterations.value_or(solver.iterations);
+    std::visit(
+        [&arguments](auto& numbers) {
+            numbers.substeps = arguments.substeps.value_or(numbers.substeps);
+            numbers.iterations = arguments.iterations.value_or(numbers.iterations);
+        },
+        solver);
     setSolver(solver, arguments.solverSet);
     scene.world.accuracy.position = arguments.accuracy.value_or(scene.world.accuracy.position);
     scene.world.accuracy.budget = arguments.budget.value_or(scene.world.accuracy.budget);

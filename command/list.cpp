@@ -25,6 +25,14 @@ std::string standardOf(const SceneParameter& parameter) {
                                      : parameter.choices[static_cast<std::size_t>(parameter.standard)];
 }
 
+std::string fieldsOf(const SolverInfo& solver) {
+    std::string words;
+    for (const std::string_view field : solver.fields) {
+        words += (words.empty() ? "" : " ") + std::string(field);
+    }
+    return words;
+}
+
 nlohmann::ordered_json listJson() {
     nlohmann::ordered_json json;
     json["scenes"] = nlohmann::ordered_json::array();
@@ -44,7 +52,7 @@ nlohmann::ordered_json listJson() {
     }
     json["solvers"] = nlohmann::ordered_json::array();
     for (const SolverInfo& solver : solverList()) {
-        json["solvers"].push_back({{"name", solver.name}, {"help", solver.help}, {"fields", solver.fields}});
+        json["solvers"].push_back({{"name", solver.name}, {"help", solver.help}, {"fields", fieldsOf(solver)}});
     }
     return json;
 }
@@ -68,7 +76,7 @@ Action addList(CLI::App& app) {
         }
         std::printf("\nsolvers\n");
         for (const SolverInfo& solver : solverList()) {
-            std::printf("    %-12s %s\n    %-12s takes %s\n", solver.name, solver.help, "", solver.fields);
+            std::printf("    %-12s %s\n    %-12s takes %s\n", solver.name, solver.help, "", fieldsOf(solver).c_str());
         }
         return exitOk;
     };

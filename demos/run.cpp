@@ -52,7 +52,7 @@ std::optional<double> energyDrift(const RunResult& result) {
 SceneRun::SceneRun(const Scene& scene, Precision precision)
     : scene_(scene), simulation_(makeSimulation(scene, precision)) {
     result_.scene = scene.name;
-    result_.solver = scene.world.solver.name;
+    result_.solver = solverName(scene.world.solver);
     result_.precision = precision;
     result_.threads = scene.world.jobs ? scene.world.jobs->threadCount() : scene.world.threads;
     result_.dt = scene.dt;

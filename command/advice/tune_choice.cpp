@@ -1,5 +1,6 @@
 // Of what was measured: the front, the choice, and what to say about it.
 #include "command/advice/tune.hpp"
+#include "engine/model/solver_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,7 +103,7 @@ std::vector<std::string> tuneNotes(const Scene& scene, const TuneResult& result)
     if (own && !tuneByStep(result)) {
         // A body in free fall for T is off by g T h / 2 for sub-steps of h, whatever the solver.
         const TuneEntry& entry = result.entries[*own];
-        const double h = scene.dt / std::max(1, entry.setting.solver.substeps);
+        const double h = scene.dt / std::max(1, numbersOf(entry.setting.solver).substeps);
         const double fall = scene.world.gravity.norm() * request.horizon * h / 2;
         if (fall > request.error && std::abs(entry.distance - fall) < 0.02 * fall) {
             notes.push_back(
@@ -167,12 +168,12 @@ Figure tuneFigure(const Scene& scene, const TuneResult& result) {
             continue;
         }
         const auto place = std::find_if(panel.series.begin(), panel.series.end(), [&](const Series& series) {
-            return series.label == entry.setting.solver.name;
+            return series.label == solverName(entry.setting.solver);
         });
-        Series& series =
-            place != panel.series.end()
-                ? *place
-                : panel.series.emplace_back(Series{.label = entry.setting.solver.name, .kind = SeriesKind::Marks});
+        Series& series = place != panel.series.end()
+                             ? *place
+                             : panel.series.emplace_back(
+                                   Series{.label = solverName(entry.setting.solver), .kind = SeriesKind::Marks});
         series.points.push_back({entry.ms, std::clamp(1e3 * tuneError(result, entry), minError, maxError)});
     }
     return {.title = "Settings of " + scene.name,

@@ -110,7 +110,7 @@ Json dataOf(const Scene& scene, const TuneResult& result) {
             moments.push_back({inMillimetres(moment.distance), inMillimetres(moment.step)});
         }
         all.push_back({{"label", entry.setting.label()},
-                       {"solver", entry.setting.solver.name},
+                       {"solver", solverName(entry.setting.solver)},
                        {"ms", entry.ms},
                        {"error", inMillimetres(tuneError(result, entry))},
                        {"distance", inMillimetres(entry.distance)},

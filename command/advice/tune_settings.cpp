@@ -1,5 +1,6 @@
 #include "command/advice/measure.hpp"
 #include "command/advice/tune.hpp"
+#include "engine/model/solver_numbers.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -25,7 +26,7 @@ public:
     }
     void leaveOut(const TuneSetting& setting) { labels_.insert(setting.label()); }
     void add(const char* solver, int substeps, int iterations) {
-        add({.solver = {.name = solver, .substeps = substeps, .iterations = iterations}});
+        add({.solver = solverWith(solver, {.substeps = substeps, .iterations = iterations})});
     }
     // `auto` with its own numbers.
     void add(int divisor, double accuracy, Precision precision = Precision::Double) {
@@ -76,11 +77,10 @@ void addStandard(Grid& grid, double error) {
     grid.add("gauss_seidel", 4, 1);
     grid.add("gauss_seidel", 8, 4);
     grid.add("gauss_seidel", 32, 1);
-    grid.add({.solver = {.name = "gauss_seidel", .substeps = 8, .iterations = 4, .relaxation = 1.3}});
-    grid.add({.solver = {
-                  .name = "gauss_seidel", .substeps = 4, .iterations = 8, .relaxationRule = RelaxationRule::Optimal}});
-    grid.add({.solver = {.name = "gauss_seidel", .substeps = 16, .iterations = 1}, .precision = Precision::Float});
-    grid.add({.solver = {.name = "gauss_seidel", .substeps = 4, .iterations = 4}, .accuracy = error});
+    grid.add({.solver = GaussSeidelDef{.substeps = 8, .iterations = 4, .relaxation = 1.3}});
+    grid.add({.solver = GaussSeidelDef{.substeps = 4, .iterations = 8, .relaxationRule = RelaxationRule::Optimal}});
+    grid.add({.solver = GaussSeidelDef{.substeps = 16, .iterations = 1}, .precision = Precision::Float});
+    grid.add({.solver = GaussSeidelDef{.substeps = 4, .iterations = 4}, .accuracy = error});
     grid.add("nncg", 1, 16);
     grid.add("nncg", 8, 16);
     grid.add("jacobi", 8, 4);
@@ -117,18 +117,19 @@ void addFull(Grid& grid, double error) {
 }  // namespace
 
 std::string TuneSetting::label() const {
-    std::string text = (given ? "the scene's own: " : "") + solver.name;
+    const SolverNumbers numbers = numbersOf(solver);
+    std::string text = (given ? "the scene's own: " : "") + solverName(solver);
     const auto count = [&](int n, const char* what) {
         if (n > 0) {
             text += ", " + std::to_string(n) + " " + what + (n == 1 ? "" : "s");
         }
     };
-    count(solver.substeps, "sub-step");
-    count(solver.iterations, "iteration");
-    if (solver.relaxation > 0) {
-        text += ", relaxation " + brief(solver.relaxation);
+    count(numbers.substeps, "sub-step");
+    count(numbers.iterations, "iteration");
+    if (numbers.relaxation > 0) {
+        text += ", relaxation " + brief(numbers.relaxation);
     }
-    if (solver.relaxationRule == RelaxationRule::Optimal) {
+    if (numbers.relaxationRule == RelaxationRule::Optimal) {
         text += ", optimal relaxation";
     }
     if (divisor > 1) {

@@ -28,8 +28,7 @@ Engine cairnEngine(bool isFloat) {
                     [=](const Scene& scene, double value) -> std::unique_ptr<ReferenceEngine> {
                         WorldDef def = scene.world;
                         def.sleep.enabled = false;
-                        def.solver.name = solver;
-                        def.solver = onlyTaken(def.solver);
+                        def.solver = solverNamed(solver, def.solver);
                         change(def, value);
                         if (isFloat) {
                             return std::make_unique<CairnEngine<float>>(scene, def);
@@ -38,8 +37,12 @@ Engine cairnEngine(bool isFloat) {
                     }};
     };
     const Change nothing = [](WorldDef&, double) {};
-    const Change substeps = [](WorldDef& def, double value) { def.solver.substeps = static_cast<int>(value); };
-    const Change iterations = [](WorldDef& def, double value) { def.solver.iterations = static_cast<int>(value); };
+    const Change substeps = [](WorldDef& def, double value) {
+        setField(def.solver, "substeps", static_cast<int>(value));
+    };
+    const Change iterations = [](WorldDef& def, double value) {
+        setField(def.solver, "iterations", static_cast<int>(value));
+    };
     const Change accuracy = [](WorldDef& def, double value) { def.accuracy.position = 1e-3 * value; };
     return {"cairn",
             "",

@@ -180,7 +180,7 @@ std::string headOf(const Recording& recording) {
     const auto steps = static_cast<double>(recording.steps.size());
     std::string words = contents(recording) + "; " + briefOrBroke(steps * scene.dt) + " s in " +
                         std::to_string(recording.steps.size()) + " steps of " + briefOrBroke(1e3 * scene.dt) +
-                        " ms by " + scene.world.solver.name + ", " + name(recording.precision) + " precision";
+                        " ms by " + solverName(scene.world.solver) + ", " + name(recording.precision) + " precision";
     if (scene.world.accuracy.budget > 0) {
         words += ", within " + briefOrBroke(1e3 * scene.world.accuracy.budget) + " ms a step";
     }

@@ -19,8 +19,7 @@ BudgetRun runWithin(const Scene& scene, double budget, double seconds) {
     Scene copy = scene;
     copy.seconds = seconds;
     copy.world.threads = 1;
-    copy.world.solver.name = "auto";
-    copy.world.solver = onlyTaken(copy.world.solver);
+    copy.world.solver = solverNamed(AutoDef::typeName, copy.world.solver);
     copy.world.accuracy.budget = budget;
     copy.world.accuracy.qualityLevel = budget > 0 ? -1 : 0;
     const std::unique_ptr<Simulation> simulation = makeSimulation(copy);

@@ -1,4 +1,5 @@
 #include "command/studies/clusters.hpp"
+#include "engine/model/solver_numbers.hpp"
 #include "engine/solve/newton/newton.hpp"
 #include "engine/solve/velocity/impulse_solver.hpp"
 
@@ -24,7 +25,7 @@ double now() {
 }
 
 SolverDef solverOf(const std::string& name, int size, int iterations) {
-    return onlyTaken({.name = name, .iterations = iterations, .clusterSize = size});
+    return solverWith(name, {.iterations = iterations, .clusterSize = size});
 }
 
 struct Running {
@@ -224,12 +225,12 @@ double naturalResidual(const Problem<double>& problem, const System& system) {
 
 // Leaves in `system` what so many iterations of a solver on impulses make of it.
 void iterate(Problem<double>& problem, System& system, const SolverDef& def) {
-    const std::unique_ptr<Solver<double>> solver = makeSolver<double>({.def = def});
+    const std::unique_ptr<Solver<double>> solver = makeSolver<double>(def);
     auto* const impulses = dynamic_cast<ImpulseSolver<double>*>(solver.get());
     CAIRN_CHECK(impulses != nullptr, "a solver on impulses");
     problem.memory = {};
     system.warmStart(problem);
-    impulses->iterate(problem, system, def.iterations);
+    impulses->iterate(problem, system, numbersOf(def).iterations);
 }
 
 // What Newton on the whole island makes of it, started from sweeps; where its factor is too dear, those sweeps' answer.

@@ -1,4 +1,5 @@
 #include "command/studies/conservation.hpp"
+#include "engine/model/solver_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -131,7 +132,7 @@ Defect between(const MotionSum& start, const MotionSum& now, double energyScale)
 
 RunDefect runDefect(const FreeScene& free, const SolverDef& solver, double seconds) {
     Populated p(free, solver);
-    RunDefect run{.solver = solver.name, .scene = free.scene.name};
+    RunDefect run{.solver = solverName(solver), .scene = free.scene.name};
     const MotionSum start = motionSum(p.world);
     const int steps = static_cast<int>(std::lround(seconds / free.scene.dt));
     const int every = std::max(1, steps / 150);
@@ -174,14 +175,12 @@ ConservationStudy studyOf(const std::vector<FreeScene>& scenes, const std::vecto
     const double parts = static_cast<double>(scenes.size() * study.solvers.size());
     for (std::size_t s = 0; s < scenes.size(); ++s) {
         for (std::size_t k = 0; k < study.solvers.size(); ++k) {
-            const SolverDef defaults{.name = study.solvers[k]};
+            const std::string& name = study.solvers[k];
             for (const int n : iterations) {
-                SolverDef solver = defaults;
-                solver.substeps = 1;
-                solver.iterations = n;
-                study.byIteration.push_back({solver.name, study.scenes[s], n, stepDefect(scenes[s], solver)});
+                const SolverDef solver = solverWith(name, {.substeps = 1, .iterations = n});
+                study.byIteration.push_back({name, study.scenes[s], n, stepDefect(scenes[s], solver)});
             }
-            study.byRun.push_back(runDefect(scenes[s], defaults, seconds));
+            study.byRun.push_back(runDefect(scenes[s], solverNamed(name), seconds));
             if (tell) {
                 tell(static_cast<double>(s * study.solvers.size() + k + 1) / parts);
             }

@@ -209,7 +209,7 @@ MethodConvergence jacobi(const RowChain& rows, const std::string& name, bool spl
 
 // A solver's own iterate(), from zero.
 MethodConvergence solverRuns(RowChain& rows, const std::string& name, const SolverDef& def, int cap) {
-    const std::unique_ptr<Solver<double>> solver = makeSolver<double>({.def = def});
+    const std::unique_ptr<Solver<double>> solver = makeSolver<double>(def);
     auto* const impulses = dynamic_cast<ImpulseSolver<double>*>(solver.get());
     CAIRN_CHECK(impulses != nullptr, "a solver on impulses");
     MethodConvergence method{.name = name};
@@ -404,15 +404,14 @@ ChainConvergence chainConvergence(int bodies, double ratio, int cap) {
     methods.push_back(gaussSeidel(rows, "gauss_seidel", 1, cap));
     methods.push_back(gaussSeidel(rows, "sor, best", result.bestRelaxation, cap));
     methods.push_back(gaussSeidel(rows, "sor, 1.5", 1.5, cap));
-    methods.push_back(solverRuns(rows, "gauss_seidel, optimal",
-                                 {.name = "gauss_seidel", .relaxationRule = RelaxationRule::Optimal}, cap));
-    methods.push_back(solverRuns(rows, "gauss_seidel, adaptive",
-                                 {.name = "gauss_seidel", .relaxationRule = RelaxationRule::Adaptive}, cap));
-    methods.push_back(jacobi(rows, "jacobi, masses split", true, cap));
-    methods.push_back(solverRuns(rows, "jacobi, masses split, chebyshev", {.name = "jacobi", .chebyshev = true}, cap));
     methods.push_back(
-        solverRuns(rows, "jacobi, chebyshev", {.name = "jacobi", .massSplitting = false, .chebyshev = true}, cap));
-    methods.push_back(solverRuns(rows, "nncg", {.name = "nncg"}, cap));
+        solverRuns(rows, "gauss_seidel, optimal", GaussSeidelDef{.relaxationRule = RelaxationRule::Optimal}, cap));
+    methods.push_back(
+        solverRuns(rows, "gauss_seidel, adaptive", GaussSeidelDef{.relaxationRule = RelaxationRule::Adaptive}, cap));
+    methods.push_back(jacobi(rows, "jacobi, masses split", true, cap));
+    methods.push_back(solverRuns(rows, "jacobi, masses split, chebyshev", JacobiDef{.chebyshev = true}, cap));
+    methods.push_back(solverRuns(rows, "jacobi, chebyshev", JacobiDef{.massSplitting = false, .chebyshev = true}, cap));
+    methods.push_back(solverRuns(rows, "nncg", NncgDef{}, cap));
     methods.push_back(conjugateGradients(rows, "cg", false, cap));
     methods.push_back(conjugateGradients(rows, "cg, by diagonal", true, cap));
     return result;

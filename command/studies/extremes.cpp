@@ -130,8 +130,7 @@ ExtremeEntry tryExtreme(const ExtremeAxis& axis, double value, const std::string
     ExtremeEntry entry{.axis = axis.name, .value = value, .solver = solver, .precision = precision};
     try {
         ExtremeScene what = axis.make(value);
-        what.scene.world.solver.name = solver;
-        what.scene.world.solver = onlyTaken(what.scene.world.solver);
+        what.scene.world.solver = solverNamed(solver, what.scene.world.solver);
         entry.tolerance = what.tolerance;
         Judge judge(what, precision);
         const int steps = stepCount(what.scene);

@@ -1,4 +1,5 @@
 #include "command/studies/hanging_chain.hpp"
+#include "engine/model/solver_numbers.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -83,68 +84,41 @@ std::string verdict(const ChainEntry& entry, const std::vector<double>& stretche
 std::vector<ChainOption> chainOptions(bool full) {
     std::vector<ChainOption> options;
     for (const SolverInfo& info : solverList()) {
-        const std::string name = info.name;
-        const SolverDef plain{.name = name};
-        const auto add = [&](const std::string& words, const auto& change, bool risky = false) {
-            ChainOption option{.name = words, .solver = plain, .risky = risky};
-            change(option.solver);
-            options.push_back(option);
+        const auto add = [&](const char* words, const SolverNumbers& numbers, bool risky = false) {
+            options.push_back({.name = words, .solver = solverWith(info.name, numbers), .risky = risky});
         };
-        add("defaults", [](SolverDef&) {});
-        if (name == "auto") {
+        // For solvers that take the field.
+        const auto vary = [&](std::string_view field, const char* words, const SolverNumbers& numbers) {
+            if (info.takes(field)) {
+                add(words, numbers);
+            }
+        };
+        add("defaults", {});
+        if (info.name == std::string_view(AutoDef::typeName)) {
             continue;
         }
-        const bool sweeps = name == "gauss_seidel" || name == "jacobi" || name == "nonlinear_gs" || name == "xpbd";
-        if (name != "xpbd" && name != "vbd") {
-            add("no warm start", [](SolverDef& d) { d.warmStart = 0; });
-        }
-        if (sweeps) {
-            add("relaxation 1.5", [](SolverDef& d) { d.relaxation = 1.5; });
-        }
-        if (name == "nonlinear_gs" || name == "avbd") {
-            add("no post-stabilisation", [](SolverDef& d) { d.postStabilise = false; });
-        }
+        vary("warmStart", "no warm start", {.warmStart = 0});
+        vary("relaxation", "relaxation 1.5", {.relaxation = 1.5});
+        vary("postStabilise", "no post-stabilisation", {.postStabilise = false});
         if (!full) {
             continue;
         }
-        if (sweeps) {
-            add("relaxation 1.95", [](SolverDef& d) { d.relaxation = 1.95; });
+        vary("relaxation", "relaxation 1.95", {.relaxation = 1.95});
+        vary("relaxationRule", "relaxation optimal", {.relaxationRule = RelaxationRule::Optimal});
+        vary("relaxationRule", "relaxation adaptive", {.relaxationRule = RelaxationRule::Adaptive});
+        vary("chebyshev", "chebyshev", {.chebyshev = true});
+        if (info.takes("massSplitting")) {
+            add("masses whole", {.massSplitting = false}, true);
+            add("masses whole, chebyshev", {.massSplitting = false, .chebyshev = true}, true);
         }
-        if (name == "gauss_seidel") {
-            add("relaxation optimal", [](SolverDef& d) { d.relaxationRule = RelaxationRule::Optimal; });
-            add("relaxation adaptive", [](SolverDef& d) { d.relaxationRule = RelaxationRule::Adaptive; });
+        vary("stiffness", "stiffness 0.3", {.stiffness = 0.3});
+        vary("refreshRows", "rows kept", {.refreshRows = false});
+        vary("penalty", "penalty 0.01", {.penalty = 0.01});
+        vary("penalty", "penalty 1000", {.penalty = 1000});
+        if (info.name == std::string_view(AvbdDef::typeName)) {
+            add("no post-stabilisation, no warm start", {.postStabilise = false, .warmStart = 0});
         }
-        if (name == "jacobi") {
-            add("chebyshev", [](SolverDef& d) { d.chebyshev = true; });
-            add(
-                "masses whole", [](SolverDef& d) { d.massSplitting = false; }, true);
-            add(
-                "masses whole, chebyshev",
-                [](SolverDef& d) {
-                    d.massSplitting = false;
-                    d.chebyshev = true;
-                },
-                true);
-        }
-        if (name == "nonlinear_gs") {
-            add("stiffness 0.3", [](SolverDef& d) { d.stiffness = 0.3; });
-        }
-        if (name == "nonlinear_gs" || name == "xpbd") {
-            add("rows kept", [](SolverDef& d) { d.refreshRows = false; });
-        }
-        if (name == "vbd" || name == "avbd") {
-            add("penalty 0.01", [](SolverDef& d) { d.penalty = 0.01; });
-            add("penalty 1000", [](SolverDef& d) { d.penalty = 1000; });
-        }
-        if (name == "avbd") {
-            add("no post-stabilisation, no warm start", [](SolverDef& d) {
-                d.postStabilise = false;
-                d.warmStart = 0;
-            });
-        }
-        if (name != "avbd" && name != "direct") {
-            add("geometric stiffness", [](SolverDef& d) { d.geometricStiffness = true; });
-        }
+        vary("geometricStiffness", "geometric stiffness", {.geometricStiffness = true});
     }
     return options;
 }
@@ -152,8 +126,8 @@ std::vector<ChainOption> chainOptions(bool full) {
 ChainEntry hangChain(const ChainOption& option, const ChainSetting& setting, double ratio, bool rigid, double seconds) {
     ChainEntry entry{.option = option, .setting = setting, .ratio = ratio, .rigid = rigid};
     SolverDef solver = option.solver;
-    solver.substeps = setting.substeps;
-    solver.iterations = setting.iterations;
+    setField(solver, "substeps", setting.substeps);
+    setField(solver, "iterations", setting.iterations);
     HangingWorld chain(solver, ratio, rigid);
     const auto energy = [&] {
         double sum = 0;
@@ -207,7 +181,8 @@ ChainStudy chainStudy(bool full, const Tell& tell, const std::string& solver, do
             if (tell) {
                 tell(done++ / parts);
             }
-            if ((rigid && !full && option.name != "defaults") || (!solver.empty() && option.solver.name != solver)) {
+            if ((rigid && !full && option.name != "defaults") ||
+                (!solver.empty() && solverName(option.solver) != solver)) {
                 continue;
             }
             for (const double ratio : study.ratios) {
@@ -227,7 +202,7 @@ nlohmann::ordered_json toJson(const ChainStudy& study) {
     json["seconds"] = study.seconds;
     json["entries"] = Json::array();
     for (const ChainEntry& e : study.entries) {
-        json["entries"].push_back({{"solver", e.option.solver.name},
+        json["entries"].push_back({{"solver", solverName(e.option.solver)},
                                    {"option", e.option.name},
                                    {"form", e.rigid ? "rigid links" : "particles"},
                                    {"mass_ratio", e.ratio},

@@ -24,8 +24,7 @@ std::vector<StackTarget> stackTargets() {
 StackEntry stackUp(const StackCase& which, const std::string& solver, double seconds) {
     Scene scene = makeScene(which.scene, which.overrides);
     scene.world.sleep.enabled = false;
-    scene.world.solver.name = solver;
-    scene.world.solver = onlyTaken(scene.world.solver);
+    scene.world.solver = solverNamed(solver, scene.world.solver);
     scene.seconds = seconds;
     SceneRun run(scene);
     StackEntry entry{.solver = solver, .name = which.name};

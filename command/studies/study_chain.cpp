@@ -49,7 +49,7 @@ StudyTable stretchTable(const ChainStudy& study, bool rigid) {
             continue;
         }
         if (inRow == columns) {
-            out.rows.push_back({e.option.solver.name, e.option.name});
+            out.rows.push_back({solverName(e.option.solver), e.option.name});
             inRow = 0;
         }
         out.rows.back().push_back(cell(e));
@@ -69,11 +69,11 @@ Figure stretchFigure(const ChainStudy& study) {
                     .x = {.label = "ms a step", .logarithmic = true},
                     .y = {.label = "worst stretch, m", .logarithmic = true, .min = 1e-12, .max = 10}};
         for (const ChainEntry& e : study.entries) {
-            if (e.rigid || e.ratio != ratio || e.option.name != "defaults" || e.option.solver.name == "auto") {
+            if (e.rigid || e.ratio != ratio || e.option.name != "defaults" || solverName(e.option.solver) == "auto") {
                 continue;
             }
-            if (panel.series.empty() || panel.series.back().label != e.option.solver.name) {
-                panel.series.push_back({.label = e.option.solver.name, .points = {}, .kind = SeriesKind::Marks});
+            if (panel.series.empty() || panel.series.back().label != solverName(e.option.solver)) {
+                panel.series.push_back({.label = solverName(e.option.solver), .points = {}, .kind = SeriesKind::Marks});
             }
             panel.series.back().points.push_back(
                 {e.milliseconds, e.finite ? e.worst : std::numeric_limits<double>::infinity()});
@@ -98,7 +98,7 @@ StudyOutput studyChain(bool full, const Tell& tell) {
         if (e.diverged.empty()) {
             continue;
         }
-        diverged.rows.push_back({e.option.solver.name, e.option.name, e.rigid ? "rigid links" : "particles",
+        diverged.rows.push_back({solverName(e.option.solver), e.option.name, e.rigid ? "rigid links" : "particles",
                                  fixed(e.ratio, 0), settingName(e.setting), brief(e.worst), brief(e.energyGained),
                                  e.diverged, flagsOf(e)});
         silent += !e.warned() && !e.option.risky ? 1 : 0;

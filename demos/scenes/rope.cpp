@@ -14,7 +14,7 @@ Scene makeRope(const SceneParameters& parameters) {
     Scene scene;
     scene.seconds = 5;
     // A taut light rope swings sideways faster than a step of 1/60 s can follow.
-    scene.world.solver = {.name = "direct", .substeps = 8};
+    scene.world.solver = DirectDef{.substeps = 8};
     addFloor(scene, 0.6);
     // The rope hangs from an eye below the beam and ends at one above the crate, clear of both.
     const double eye = 0.07;  // m

@@ -91,7 +91,7 @@ private:
         const std::string& name = bodies_[body].name();
         return name.empty() ? "body " + std::to_string(body) : "\"" + name + "\"";
     }
-    double substep() const { return dt_ / std::max(1, def_.solver.substeps); }
+    double substep() const { return dt_ / std::max(1, numbersOf(def_.solver).substeps); }
 
     void lookAtBody(std::uint32_t index) {
         const Body<S>& body = bodies_[index];
@@ -199,9 +199,9 @@ private:
     }
     std::string remedy(const IslandForecast& forecast) const {
         if (forecast.exact) {
-            return def_.solver.name + " solves this exactly, nothing needs to be done";
+            return solverName(def_.solver) + " solves this exactly, nothing needs to be done";
         }
-        if (def_.solver.name == "auto") {
+        if (std::holds_alternative<AutoDef>(def_.solver)) {
             return format(
                 "auto sweeps an island of this size too: a directWork of the solver above %.2g has it solved "
                 "exactly, at that price",
@@ -359,7 +359,8 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
         one.lowest = bodies.idAt(island.lowest());
         one.directWork = work;
         const bool isSwept = chooser.plan(problem, {}, dt).sweeps();
-        one.exact = def.solver.name == "direct" || (def.solver.name == "auto" && !isSwept);
+        one.exact =
+            std::holds_alternative<DirectDef>(def.solver) || (std::holds_alternative<AutoDef>(def.solver) && !isSwept);
         doctor.lookAtIsland(problem, one);
     }
     diagnosis.findings = doctor.findings();

@@ -108,11 +108,11 @@ template <class S>
 double trySweeps(Problem<S>& problem, S dt, const char* name, double speed, double q) {
     const Checkpoint<S> start(problem);
     const auto answer = [&](int iterations) {
+        const SolverDef solver = solverWith(name, {.substeps = 1, .iterations = iterations});
         SolverSettings settings;
-        settings.def = {.name = name, .substeps = 1, .iterations = iterations};
         settings.maxPushOutSpeed = std::numeric_limits<double>::infinity();
         settings.restitutionSpeed = std::numeric_limits<double>::infinity();
-        makeSolver<S>(settings)->advance(problem, dt);
+        makeSolver<S>(solver, settings)->advance(problem, dt);
         std::vector<Vec6<S>> v;
         for (const SolverBody<S>& body : problem.bodies) {
             v.push_back(body.v);

@@ -3,6 +3,7 @@
 #include <cairn/deformable.hpp>
 
 #include "engine/model/fields.hpp"
+#include "engine/model/solver_numbers.hpp"
 
 namespace cairn {
 
@@ -37,39 +38,86 @@ inline constexpr int maxEffort = 11;
 inline constexpr int maxSubsteps = 1000;
 inline constexpr int iterationLimit = 100000;
 
-template <class A>
-void describe(A& a, SolverDef& d) {
-    a.field("name", d.name, {"which solver; auto picks one for each island"});
+// What takes numbers of a solver: each Def of SolverDef, and SolverNumbers, which has them all.
+template <class T, class Variant>
+inline constexpr bool isAlternative = false;
+template <class T, class... Defs>
+inline constexpr bool isAlternative<T, std::variant<Defs...>> = (std::is_same_v<T, Defs> || ...);
+template <class T>
+concept TakesSolverNumbers = isAlternative<T, SolverDef> || std::is_same_v<T, SolverNumbers>;
+
+// The one table of solvers' fields. A Def takes the lines of the members that it has.
+template <class A, TakesSolverNumbers Def>
+void describe(A& a, Def& d) {
     a.field("iterations", d.iterations,
             {"sweeps or Newton iterations a sub-step; 0: the solver's default", 0, iterationLimit});
     a.field("substeps", d.substeps, {"sub-steps a step; 0: the solver's default", 0, maxSubsteps});
-    a.field(
-        "relaxation", d.relaxation,
-        {.text = "over-relaxation of a sweep, below 2; 0: the solver's default", .min = 0, .max = 2, .below = true});
-    a.field("relaxationRule", d.relaxationRule,
-            {"of four sweeps or more: by `relaxation`, by a measured spectral radius, or as it goes"});
-    a.field("massSplitting", d.massSplitting, {"without it the plain method, which may diverge"});
-    a.field("chebyshev", d.chebyshev, {"accelerated where no bound opens or shuts"});
-    a.field("stiffness", d.stiffness,
-            {.text = "share of an error that a sub-step removes", .min = 0, .max = 1, .above = true});
-    a.field("postStabilise", d.postStabilise, {"errors are projected away after the sub-step, and leave no speed"});
-    a.field("refreshRows", d.refreshRows, {"gradients are taken anew at every visit"});
-    a.field("penalty", d.penalty,
-            {"of hard rows, relative to the mass on the load path over h^2; 0: the solver's default", 0});
-    a.field("geometricStiffness", d.geometricStiffness, {"inertia grows by what joints' forces resist to turning"});
-    a.field("clusterSize", d.clusterSize, {"most bodies solved exactly together; 0: the default", 0, 1e6});
-    a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
-    a.field("tolerance", d.tolerance, {"m/s: Newton ends below it; 0: the solver's default", 0});
-    a.field("linearSolver", d.linearSolver, {"how the linear systems of Newton's iterations are solved"});
-    a.field("directWork", d.directWork,
-            {"most multiply-adds of one island's factor before sweeps take over; 0: the default", 0});
-    a.field("gyroscopicInertia", d.gyroscopicInertia,
+    if constexpr (requires { d.relaxation; }) {
+        a.field("relaxation", d.relaxation,
+                {.text = "over-relaxation of a sweep, below 2; 0: the solver's default",
+                 .min = 0,
+                 .max = 2,
+                 .below = true});
+    }
+    if constexpr (requires { d.relaxationRule; }) {
+        a.field("relaxationRule", d.relaxationRule,
+                {"of four sweeps or more: by `relaxation`, by a measured spectral radius, or as it goes"});
+    }
+    if constexpr (requires { d.massSplitting; }) {
+        a.field("massSplitting", d.massSplitting, {"without it the plain method, which may diverge"});
+    }
+    if constexpr (requires { d.chebyshev; }) {
+        a.field("chebyshev", d.chebyshev, {"accelerated where no bound opens or shuts"});
+    }
+    if constexpr (requires { d.stiffness; }) {
+        a.field("stiffness", d.stiffness,
+                {.text = "share of an error that a sub-step removes", .min = 0, .max = 1, .above = true});
+    }
+    if constexpr (requires { d.postStabilise; }) {
+        a.field("postStabilise", d.postStabilise, {"errors are projected away after the sub-step, and leave no speed"});
+    }
+    if constexpr (requires { d.refreshRows; }) {
+        a.field("refreshRows", d.refreshRows, {"gradients are taken anew at every visit"});
+    }
+    if constexpr (requires { d.penalty; }) {
+        a.field("penalty", d.penalty,
+                {"of hard rows, relative to the mass on the load path over h^2; 0: the solver's default", 0});
+    }
+    if constexpr (requires { d.geometricStiffness; }) {
+        a.field("geometricStiffness", d.geometricStiffness, {"inertia grows by what joints' forces resist to turning"});
+    }
+    if constexpr (requires { d.clusterSize; }) {
+        a.field("clusterSize", d.clusterSize, {"most bodies solved exactly together; 0: the default", 0, 1e6});
+    }
+    if constexpr (requires { d.warmStart; }) {
+        a.field("warmStart", d.warmStart, {"share of the last step's forces that a step starts from", 0, 1});
+    }
+    if constexpr (requires { d.tolerance; }) {
+        a.field("tolerance", d.tolerance, {"m/s: Newton ends below it; 0: the solver's default", 0});
+    }
+    if constexpr (requires { d.linearSolver; }) {
+        a.field("linearSolver", d.linearSolver, {"how the linear systems of Newton's iterations are solved"});
+    }
+    if constexpr (requires { d.directWork; }) {
+        a.field("directWork", d.directWork,
+                {"most multiply-adds of one island's factor before sweeps take over; 0: the default", 0});
+    }
+    if constexpr (requires { d.gyroscopicInertia; }) {
+        a.field(
+            "gyroscopicInertia", d.gyroscopicInertia,
             {"whether the solve meets a spinning body's resistance to being tipped, which leaves its matrix without "
              "symmetry"});
+    }
 }
 
-// Whether there is such a solver, and it takes what is asked (engine/solve/list.cpp, where the solvers are known).
-std::optional<Complaint> validate(const SolverDef& def);
+template <class A>
+void describe(A& a, SolverDef& d) {
+    a.kind("name", d, {.what = "solver", .required = false});
+    std::visit([&a](auto& def) { describe(a, def); }, d);
+}
+
+// What is wrong with giving a solver a field that others take; nothing for a field that none takes.
+std::optional<Complaint> notTaken(std::string_view solver, std::string_view field, const std::string& value);
 
 template <class A>
 void describe(A& a, SleepDef& d) {
@@ -118,8 +166,8 @@ inline std::optional<Complaint> validate(const WorldDef& d) {
                               : a.qualityLevel >= 0 ? "qualityLevel"
                               : a.maxWork > 0       ? "maxWork"
                                                     : nullptr;
-    if (bound != nullptr && d.solver.name != "auto") {
-        return Complaint{std::string("accuracy.") + bound, "with the solver \"" + d.solver.name + "\"",
+    if (bound != nullptr && !std::holds_alternative<AutoDef>(d.solver)) {
+        return Complaint{std::string("accuracy.") + bound, "with the solver \"" + solverName(d.solver) + "\"",
                          "use the solver auto, which may change what it does, or leave it out"};
     }
     return std::nullopt;

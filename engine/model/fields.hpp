@@ -13,6 +13,7 @@
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <variant>
 
 namespace cairn {
 
@@ -49,6 +50,34 @@ template <class E>
 concept Worded = requires {
     Words<E>::list;
 };
+
+// A variant of Defs: files tell which one by its typeName.
+struct KindRule {
+    const char* what;  // "joint"
+    bool required;     // or else the first when left out
+};
+// The typeNames in order.
+template <class Variant>
+inline constexpr auto kindNames = []<std::size_t... I>(std::index_sequence<I...>) {
+    return std::array{std::variant_alternative_t<I, Variant>::typeName...};
+}
+(std::make_index_sequence<std::variant_size_v<Variant>>());
+
+template <class Variant>
+const char* kindName(const Variant& def) {
+    return kindNames<Variant>[def.index()];
+}
+
+// At its defaults; `index` into kindNames.
+template <class Variant, std::size_t I = 0>
+Variant makeKind(std::size_t index) {
+    if constexpr (I + 1 < std::variant_size_v<Variant>) {
+        if (index != I) {
+            return makeKind<Variant, I + 1>(index);
+        }
+    }
+    return Variant(std::in_place_index<I>);
+}
 
 // A struct that has a describe().
 template <class T>
@@ -114,6 +143,9 @@ public:
                           std::is_same_v<T, std::array<bool, 3>>);
         }
     }
+
+    template <class Variant>
+    void kind(const char* /*name*/, const Variant& /*def*/, const KindRule& /*rule*/) const {}
 
     // Each of its fields, and whether they agree.
     template <class Def>

@@ -1,12 +1,12 @@
 #pragma once
 // What solvers are told beside the problem, and what they say of it.
-#include <cairn/defs.hpp>
+#include "engine/model/solver_numbers.hpp"
 
 namespace cairn {
 
 // Numbers of the world that solvers use.
 struct SolverSettings {
-    SolverDef def;
+    SolverNumbers def = {};
     double restitutionSpeed = 0;
     double maxPushOutSpeed = 0;
 };

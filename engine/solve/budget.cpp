@@ -1,7 +1,5 @@
 #include "engine/solve/budget.hpp"
 
-#include <cairn/solvers.hpp>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -36,17 +34,18 @@ double follow(double known, double now) {
 
 }  // namespace
 
-QualityLevel qualityLevelAt(int level, const SolverDef& base) {
+QualityLevel qualityLevelAt(int level, const AutoDef& base) {
     constexpr double defaultWork = 3e5;  // of `auto`
     QualityLevel qualityLevel{.solver = base};
     if (level < firstAutoLevel) {
-        qualityLevel.solver.name = "gauss_seidel";
-        qualityLevel.solver.substeps = 1 << level;
-        qualityLevel.solver.iterations = 1;
-        qualityLevel.solver = onlyTaken(qualityLevel.solver);
+        auto sweeps = std::get<GaussSeidelDef>(solverNamed(GaussSeidelDef::typeName, base));
+        sweeps.substeps = 1 << level;
+        sweeps.iterations = 1;
+        qualityLevel.solver = sweeps;
     } else if (level < defaultLevel) {
-        qualityLevel.solver.directWork =
-            (base.directWork > 0 ? base.directWork : defaultWork) * std::pow(10, level - defaultLevel);
+        AutoDef bounded = base;
+        bounded.directWork = (base.directWork > 0 ? base.directWork : defaultWork) * std::pow(10, level - defaultLevel);
+        qualityLevel.solver = bounded;
     } else {
         qualityLevel.subdivisions = 1 << (level - defaultLevel);
     }

@@ -24,7 +24,7 @@ inline constexpr int defaultLevel = 6;    // what a world does of which nothing 
 
 // The level, from 0 (one sweep a step) by fewer and more sub-steps, `auto` with ever larger islands solved exactly, up
 // to subdivisions with contacts found anew. `base`: the user's own numbers, which stay.
-QualityLevel qualityLevelAt(int level, const SolverDef& base);
+QualityLevel qualityLevelAt(int level, const AutoDef& base);
 
 // Rows and bodies of the awake islands: of those that are solved without subdivision whatever the quality level, and of
 // the others.

@@ -1,8 +1,6 @@
 #pragma once
 // A solver advances one island by one sub-step: predict, solve, move. It keeps no state of its own between calls;
 // lambda lives with the constraints, so solvers can be swapped in mid-run.
-#include <cairn/solvers.hpp>
-
 #include "engine/problem/problem.hpp"
 
 #include <memory>
@@ -22,8 +20,8 @@ public:
     virtual StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const = 0;
 };
 
-// Throws InputError for an unknown name (naming the known ones) or a setting out of range.
+// `settings` with the numbers of `def`. Throws InputError for a number out of range.
 template <class S>
-std::unique_ptr<Solver<S>> makeSolver(const SolverSettings& settings);
+std::unique_ptr<Solver<S>> makeSolver(const SolverDef& def, SolverSettings settings = {});
 
 }  // namespace cairn

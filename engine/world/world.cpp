@@ -35,16 +35,29 @@ template <class S>
 World<S>::Impl::Impl(const WorldDef& worldDef) : def(worldDef), bodyMaker(worldDef.continuousShare) {
     check(def, "world");
     jobs = def.jobs ? def.jobs : makeTbbJobSystem(def.threads);
-    solver = makeSolver<S>(settings());
+    solver = makeSolver<S>(def.solver, settings());
 }
 
 template <class S>
 SolverSettings World<S>::Impl::settings() const {
     SolverSettings s;
-    s.def = def.solver;
+    s.def = numbersOf(def.solver);
     s.restitutionSpeed = def.restitutionSpeed;
     s.maxPushOutSpeed = def.maxPushOutSpeed;
     return s;
+}
+
+template <class S>
+bool World<S>::Impl::gyroscopicInertia() const {
+    return std::visit(
+        [](const auto& numbers) {
+            if constexpr (requires { numbers.gyroscopicInertia; }) {
+                return numbers.gyroscopicInertia;
+            } else {
+                return false;
+            }
+        },
+        def.solver);
 }
 
 template <class S>
@@ -286,7 +299,7 @@ void World<S>::setSolver(const SolverDef& def) {
     changed.solver = def;
     check(changed, "world");
     impl_->def = changed;
-    impl_->solver = makeSolver<S>(impl_->settings());
+    impl_->solver = makeSolver<S>(def, impl_->settings());
     impl_->levelSolvers = {};
 }
 template <class S>

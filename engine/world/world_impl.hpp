@@ -63,6 +63,7 @@ struct World<S>::Impl {
 
     explicit Impl(const WorldDef& worldDef);
     SolverSettings settings() const;
+    bool gyroscopicInertia() const;  // of the solver, where it takes it
     bool mayCollide(ProxyId a, ProxyId b) const;
     Body<S>& body(BodyId id) {
         requireId(id);

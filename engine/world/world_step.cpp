@@ -302,12 +302,10 @@ Solver<S>& World<S>::Impl::solverOf(SolveRequest& request) {
     }
     report.qualityLevel = choice.qualityLevel;
     report.maxWork = choice.maxWork;
-    const QualityLevel qualityLevel = qualityLevelAt(report.qualityLevel, def.solver);
+    const QualityLevel qualityLevel = qualityLevelAt(report.qualityLevel, std::get<AutoDef>(def.solver));
     std::unique_ptr<Solver<S>>& made = levelSolvers[static_cast<std::size_t>(report.qualityLevel)];
     if (!made) {
-        SolverSettings its = settings();
-        its.def = qualityLevel.solver;
-        made = makeSolver<S>(its);
+        made = makeSolver<S>(qualityLevel.solver, settings());
     }
     request.subdivisions = qualityLevel.subdivisions;
     request.accuracy.maxSubdivisions = std::min(request.accuracy.maxSubdivisions, qualityLevel.subdivisions);
@@ -325,8 +323,7 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     IslandState& state = islandStates[k];
     SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory.make();
     const WorldTables<S> tables{
-        bodies,    joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, def.solver.gyroscopicInertia},
-        jobs.get()};
+        bodies, joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, gyroscopicInertia()}, jobs.get()};
     std::swap(problem.memory, memory);
     NarrowCounts narrow;
     state.solved =

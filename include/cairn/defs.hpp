@@ -4,6 +4,7 @@
 #include <cairn/id.hpp>
 #include <cairn/jobs.hpp>
 #include <cairn/shapes.hpp>
+#include <cairn/solvers.hpp>
 
 #include <array>
 #include <limits>
@@ -74,50 +75,6 @@ struct BodyDef {
 
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-// How sweeps are over-relaxed (theory section 5.4).
-enum class RelaxationRule {
-    Fixed,     // by SolverDef::relaxation
-    Optimal,   // from the measured spectral radius of the Jacobi iteration
-    Adaptive,  // raised while sweeps change less and less, lowered when they do not
-};
-
-// How Newton on an island solves its linear systems.
-enum class LinearSolver {
-    Factor,              // a sparse Cholesky factor: exact, and the cheapest but for large heaps
-    ConjugateGradients,  // by products alone, each diagonal block inverted: linear memory, cost by the condition
-};
-
-// The numbers that a solver takes. Zero: the solver's own measured default. A number that differs from the default here
-// and that the solver does not take is refused (SolverInfo::fields, docs/fields.md).
-struct SolverDef {
-    std::string name = "auto";  // one of solverList()
-    int substeps = 0;           // sub-steps a step
-    int iterations = 0;         // sweeps (gauss_seidel) or Newton iterations at most (direct), a sub-step
-    double relaxation = 0;      // of a sweep, in (0, 2); 1: plain Gauss-Seidel
-    RelaxationRule relaxationRule = RelaxationRule::Fixed;  // gauss_seidel, of four sweeps or more
-    bool massSplitting = true;                              // jacobi; without it the plain method, which may diverge
-    bool chebyshev = false;                                 // jacobi: accelerated where no bound opens or shuts
-    double stiffness = 1;  // nonlinear_gs: share of a hard row's error that a sub-step removes, in (0, 1]
-    // nonlinear_gs, avbd: errors found at the start of a sub-step are projected away after it, and leave no speed.
-    bool postStabilise = true;
-    bool refreshRows = true;  // nonlinear_gs, xpbd: J and A_ii taken anew at every visit, and not only C
-    // vbd, avbd: penalty of hard rows h^2 rho, relative to the mass on the load path; 0: the solver's own.
-    double penalty = 0;
-    // Inertia grows by what joints' forces resist to turning (theory 7.16): steadies taut chains at long steps, damps
-    // their swing. avbd has it on by itself.
-    bool geometricStiffness = false;
-    int clusterSize = 0;   // cluster: most bodies solved exactly together
-    double warmStart = 1;  // share of the last step's lambda that a step starts from, in [0, 1]
-    double tolerance = 0;  // m/s: direct ends when no row's velocity is wrong by more
-    LinearSolver linearSolver = LinearSolver::Factor;  // direct
-    double directWork =
-        0;  // auto: 6x6 block multiply-adds that a sub-step of one island may cost before sweeps take over
-    // Whether the solve meets a spinning body's resistance to being tipped (theory section 3.7), which counts where it
-    // turns by more than about half a radian a sub-step. Its matrix is not symmetric: gauss_seidel, jacobi,
-    // nonlinear_gs and xpbd alone take it.
-    bool gyroscopicInertia = false;
-};
-
 // How the spin of a body with unequal moments of inertia turns by itself. Measured in docs/engine.md.
 enum class GyroscopicRule {
     None,              // w stays as it is: a top does not precess
@@ -151,7 +108,7 @@ struct AccuracyDef {
 
 struct WorldDef {
     Vec3d gravity = Vec3d(0, -9.81, 0);  // m/s2
-    SolverDef solver = {};
+    SolverDef solver = {};               // for example GaussSeidelDef{.substeps = 8}; AutoDef when left out
     AccuracyDef accuracy = {};
     SleepDef sleep = {};
     GyroscopicRule gyroscopic = GyroscopicRule::Midpoint;

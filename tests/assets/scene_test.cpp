@@ -6,6 +6,7 @@
 #include "collision/shapes/hull.hpp"
 #include "engine/constraints/list.hpp"
 #include "engine/model/fields.hpp"
+#include "engine/model/solver_numbers.hpp"
 #include "tests/assets/temp_dir.hpp"
 
 #include <bit>
@@ -181,39 +182,32 @@ void expectSameDeformable(const Def& a, const Def& b) {
     }
 }
 
+void expectSame(const SolverNumbers& a, const SolverNumbers& b) {
+    EXPECT_EQ(a.substeps, b.substeps);
+    EXPECT_EQ(a.iterations, b.iterations);
+    expectBits(a.relaxation, b.relaxation, "relaxation");
+    EXPECT_EQ(a.relaxationRule, b.relaxationRule);
+    EXPECT_EQ(a.massSplitting, b.massSplitting);
+    EXPECT_EQ(a.chebyshev, b.chebyshev);
+    expectBits(a.stiffness, b.stiffness, "stiffness");
+    EXPECT_EQ(a.postStabilise, b.postStabilise);
+    EXPECT_EQ(a.refreshRows, b.refreshRows);
+    expectBits(a.penalty, b.penalty, "penalty");
+    EXPECT_EQ(a.geometricStiffness, b.geometricStiffness);
+    EXPECT_EQ(a.clusterSize, b.clusterSize);
+    expectBits(a.warmStart, b.warmStart, "warmStart");
+    expectBits(a.tolerance, b.tolerance, "tolerance");
+    EXPECT_EQ(a.linearSolver, b.linearSolver);
+    expectBits(a.directWork, b.directWork, "directWork");
+    EXPECT_EQ(a.gyroscopicInertia, b.gyroscopicInertia);
+}
+
 void expectSame(const Scene& a, const Scene& b) {
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.description, b.description);
     expectBits(a.world.gravity, b.world.gravity, "gravity");
-    EXPECT_EQ(a.world.solver.name, b.world.solver.name);
-    EXPECT_EQ(a.world.solver.substeps, b.world.solver.substeps);
-    EXPECT_EQ(a.world.solver.iterations, b.world.solver.iterations);
-    expectBits(a.world.solver.relaxation, b.world.solver.relaxation, "relaxation");
-    EXPECT_EQ(a.world.solver.relaxationRule, b.world.solver.relaxationRule);
-    EXPECT_EQ(a.world.solver.massSplitting, b.world.solver.massSplitting);
-    EXPECT_EQ(a.world.solver.chebyshev, b.world.solver.chebyshev);
-    EXPECT_EQ(a.world.solver.postStabilise, b.world.solver.postStabilise);
-    EXPECT_EQ(a.world.solver.refreshRows, b.world.solver.refreshRows);
-    EXPECT_EQ(a.world.solver.geometricStiffness, b.world.solver.geometricStiffness);
-    EXPECT_EQ(a.world.solver.clusterSize, b.world.solver.clusterSize);
-    EXPECT_EQ(a.world.solver.linearSolver, b.world.solver.linearSolver);
-    EXPECT_EQ(a.world.solver.gyroscopicInertia, b.world.solver.gyroscopicInertia);
-    EXPECT_EQ(a.world.gyroscopic, b.world.gyroscopic);
-    expectBits(a.world.solver.stiffness, b.world.solver.stiffness, "stiffness");
-    expectBits(a.world.solver.penalty, b.world.solver.penalty, "penalty");
-    expectBits(a.world.solver.warmStart, b.world.solver.warmStart, "warmStart");
-    expectBits(a.world.solver.tolerance, b.world.solver.tolerance, "tolerance");
-    expectBits(a.world.solver.directWork, b.world.solver.directWork, "directWork");
-    EXPECT_EQ(a.world.solver.relaxationRule, b.world.solver.relaxationRule);
-    EXPECT_EQ(a.world.solver.massSplitting, b.world.solver.massSplitting);
-    EXPECT_EQ(a.world.solver.chebyshev, b.world.solver.chebyshev);
-    expectBits(a.world.solver.stiffness, b.world.solver.stiffness, "stiffness");
-    EXPECT_EQ(a.world.solver.postStabilise, b.world.solver.postStabilise);
-    EXPECT_EQ(a.world.solver.refreshRows, b.world.solver.refreshRows);
-    expectBits(a.world.solver.penalty, b.world.solver.penalty, "penalty");
-    EXPECT_EQ(a.world.solver.geometricStiffness, b.world.solver.geometricStiffness);
-    EXPECT_EQ(a.world.solver.clusterSize, b.world.solver.clusterSize);
-    EXPECT_EQ(a.world.solver.gyroscopicInertia, b.world.solver.gyroscopicInertia);
+    EXPECT_EQ(solverName(a.world.solver), solverName(b.world.solver));
+    expectSame(numbersOf(a.world.solver), numbersOf(b.world.solver));
     EXPECT_EQ(a.world.gyroscopic, b.world.gyroscopic);
     EXPECT_EQ(a.world.sleep.enabled, b.world.sleep.enabled);
     expectBits(a.world.sleep.distance, b.world.sleep.distance, "sleep distance");
@@ -264,24 +258,23 @@ Scene everyField(const std::string& solver = "gauss_seidel") {
     scene.name = "every field";
     scene.description = "quotes \" and \\ and \n and ü";
     scene.world.gravity = chance.vector();
-    scene.world.solver = onlyTaken({.name = solver,
-                                    .substeps = 3,
-                                    .iterations = 7,
-                                    .relaxation = chance.number(),
-                                    .relaxationRule = RelaxationRule::Adaptive,
-                                    .massSplitting = false,
-                                    .chebyshev = true,
-                                    .stiffness = chance.number(),
-                                    .postStabilise = false,
-                                    .refreshRows = false,
-                                    .penalty = chance.number(),
-                                    .geometricStiffness = true,
-                                    .clusterSize = 9,
-                                    .warmStart = chance.number(),
-                                    .tolerance = chance.number(),
-                                    .linearSolver = LinearSolver::ConjugateGradients,
-                                    .directWork = chance.number(),
-                                    .gyroscopicInertia = true});
+    scene.world.solver = solverWith(solver, {.substeps = 3,
+                                             .iterations = 7,
+                                             .relaxation = chance.number(),
+                                             .relaxationRule = RelaxationRule::Adaptive,
+                                             .massSplitting = false,
+                                             .chebyshev = true,
+                                             .stiffness = chance.number(),
+                                             .postStabilise = false,
+                                             .refreshRows = false,
+                                             .penalty = chance.number(),
+                                             .geometricStiffness = true,
+                                             .clusterSize = 9,
+                                             .warmStart = chance.number(),
+                                             .tolerance = chance.number(),
+                                             .linearSolver = LinearSolver::ConjugateGradients,
+                                             .directWork = chance.number(),
+                                             .gyroscopicInertia = true});
     scene.world.gyroscopic = GyroscopicRule::RungeKutta;
     scene.world.sleep = {false, chance.number(), chance.number()};
     scene.world.threads = 3;
@@ -436,9 +429,9 @@ TEST(SceneFile, CrateIsWhatItsFileSays) {
     const Scene scene = loadScene(dataFile("crate.json"));
     EXPECT_EQ(scene.name, "crate");
     EXPECT_EQ(scene.dt, 0.016666667);
-    EXPECT_EQ(scene.world.solver.name, "gauss_seidel");
-    EXPECT_EQ(scene.world.solver.iterations, 1);
-    EXPECT_EQ(scene.world.solver.substeps, 8);
+    const auto& solver = std::get<GaussSeidelDef>(scene.world.solver);
+    EXPECT_EQ(solver.iterations, 1);
+    EXPECT_EQ(solver.substeps, 8);
     ASSERT_EQ(scene.bodies.size(), 2U);
     EXPECT_EQ(scene.bodies[0].type, BodyType::Static);
     EXPECT_EQ(scene.bodies[0].shapes[0].material.density, 700);

@@ -43,7 +43,7 @@ TEST(SceneRun, FreeFallDisplacementIsExact) {
     Scene scene;
     scene.dt = 0.01;
     scene.add({.name = "ball", .shapes = {sphere(0.5)}, .position = Vec3d(3, 10, 0), .mass = 2});
-    scene.world.solver.substeps = 1;
+    scene.world.solver = AutoDef{.substeps = 1};
     for (const Precision precision : {Precision::Double, Precision::Float}) {
         SceneRun run(scene, precision);
         run.advanceTo(0.5);

@@ -48,7 +48,7 @@ struct Spent {
 
 Spent spend(const Standard& standard, const std::string& solver) {
     Scene scene = makeScene(standard.scene, standard.parameters);
-    scene.world.solver = {.name = solver};
+    scene.world.solver = solverNamed(solver);
     scene.world.sleep.enabled = false;
     SceneRun run(scene);
     Spent spent;

@@ -64,7 +64,7 @@ double trueDepth(const Scene& scene, const std::set<Pair>& joined, const Simulat
 Scene restless(const std::string& name, const std::string& solver) {
     Scene scene = makeScene(name);
     scene.world.sleep.enabled = false;
-    scene.world.solver.name = solver;
+    scene.world.solver = solverNamed(solver);
     return scene;
 }
 

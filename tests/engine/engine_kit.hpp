@@ -2,6 +2,7 @@
 // What the engine's tests share: small worlds, and comparisons that can print what they measured.
 #include <cairn/cairn.hpp>
 
+#include "engine/model/solver_numbers.hpp"
 #include "engine/solve/solver.hpp"
 
 #include <gtest/gtest.h>
@@ -37,9 +38,7 @@ template <class Test>
 void forEachSolver(Test test) {
     for (const SolverInfo& info : solverList()) {
         SCOPED_TRACE(info.name);
-        SolverDef def;
-        def.name = info.name;
-        test(def);
+        test(solverNamed(info.name));
     }
 }
 
@@ -77,11 +76,11 @@ inline const SolverTraits& traitsOf(const SolverDef& solver) {
     };
     // clang-format on
     for (const SolverTraits& traits : table) {
-        if (solver.name == traits.name) {
+        if (solverName(solver) == traits.name) {
             return traits;
         }
     }
-    throw std::logic_error("a new solver needs a line in the table of engine_kit.hpp: " + solver.name);
+    throw std::logic_error("a new solver needs a line in the table of engine_kit.hpp: " + solverName(solver));
 }
 
 // Of the solvers that hold a tower.
@@ -99,7 +98,7 @@ void forEachStackingSolver(Test test) {
 inline double boundOf(const SolverDef& solver, double usual,
                       std::initializer_list<std::pair<const char*, double>> others) {
     for (const auto& [name, bound] : others) {
-        if (solver.name == name) {
+        if (solverName(solver) == name) {
             return bound;
         }
     }

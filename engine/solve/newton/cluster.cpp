@@ -2,7 +2,7 @@
 // together (newton.hpp, theory 8.10), all other impulses standing still:
 //     (p_c, v) <- argmin of the contact problem over the rows of c,   cluster after cluster.
 // A cluster's border bodies move with their full mass, so that momentum is kept at every visit and no penalty has to be
-// chosen for the border: block Gauss-Seidel on impulses, which converges for any clusters. SolverDef::clusterSize is
+// chosen for the border: block Gauss-Seidel on impulses, which converges for any clusters. ClusterDef::clusterSize is
 // the dial: all bodies of the island in one cluster is `direct` without its joint correction, one body a cluster is
 // Gauss-Seidel with a body's contacts solved together.
 // Clusters grow along load paths: from the body that carries most to the neighbour it presses hardest, so that a column

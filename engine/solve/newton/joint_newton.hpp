@@ -60,7 +60,7 @@ template <class S>
 class JointNewton {
 public:
     // Reads the graph of the joints. False where it cannot serve: with contacts, particles or gyroscopic inertia
-    // (SolverDef), or where its factor would cost more than `maxWork` block multiply-adds (6x6).
+    // (<cairn/solvers.hpp>), or where its factor would cost more than `maxWork` block multiply-adds (6x6).
     bool prepare(const Problem<S>& problem, double maxWork);
     // A sub-step of a predicted and linearised island. False: Newton has not converged. The island is as it was.
     bool solve(Problem<S>& problem, S h, const JointNewtonOptions& options, SolveReport& report);

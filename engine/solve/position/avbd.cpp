@@ -27,7 +27,7 @@ public:
     }
 
     SolveReport advance(Problem<S>& problem, S h) override {
-        const SolverDef& def = settings_.def;
+        const SolverNumbers& def = settings_.def;
         problem.predict(h);
         problem.linearize();
         resolveImpacts(problem, settings_, h);

@@ -3,7 +3,7 @@
 // with C, and unless asked otherwise J and A, taken anew at every visit. Velocities are (x - x_0) / h by construction.
 // Errors found at the start of a sub-step are left to post-stabilisation (nonlinear_rows.hpp), so that p is the force
 // alone and may start the next sub-step; without postStabilise the step corrects them itself, as the first PBD did, and
-// no warm start is taken, since both together diverge (theory section 9.5, finding b). SolverDef::stiffness k is PBD's,
+// no warm start is taken, since both together diverge (theory section 9.5, finding b). `stiffness` k is PBD's,
 // made independent of the iterations n (theory 6.4): xi = 1 - (1 - k)^(1/n).
 // Cost: a visit of a row is two to four times that of gauss_seidel, for the poses. Many short sub-steps of one sweep
 // beat few long ones of many (theory section 9.5, finding a). A heavy load on a light body is beyond it: a visit of the
@@ -28,7 +28,7 @@ public:
     }
 
     SolveReport advance(Problem<S>& problem, S h) override {
-        const SolverDef& def = settings_.def;
+        const SolverNumbers& def = settings_.def;
         problem.predict(h);
         problem.linearize();
         resolveImpacts(problem, settings_, h);

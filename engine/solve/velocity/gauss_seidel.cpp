@@ -6,7 +6,7 @@ namespace {
 constexpr int fewSweeps = 4;
 
 template <class S>
-S asked(const SolverDef& def) {
+S asked(const SolverNumbers& def) {
     return static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
 }
 

@@ -18,7 +18,7 @@ public:
 private:
     using ImpulseSolver<S>::iterate;
     void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override {
-        const SolverDef& def = this->settings_.def;
+        const SolverNumbers& def = this->settings_.def;
         const Splitting<S> split(problem, def.massSplitting);
         const S relaxation = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
         if (!def.chebyshev) {

@@ -21,7 +21,7 @@ public:
         : ImpulseSolver<S>(settings, ContactForm::Compact, 4, 6, pushOutFor(settings.def)) {}
 
 private:
-    static typename ImpulseSolver<S>::PushOut pushOutFor(const SolverDef& def) {
+    static typename ImpulseSolver<S>::PushOut pushOutFor(const SolverNumbers& def) {
         typename ImpulseSolver<S>::PushOut pushOut;
         if (def.iterations == 0 || def.iterations > 4) {
             pushOut = {.phase = 5, .dampingRatio = 5};

@@ -44,7 +44,7 @@ TEST(Check, WhatStandsByItselfRaisesNoAlarm) {
     // What auto solves exactly takes sweeps hundreds.
     Scene scene = makeScene("tower");
     EXPECT_EQ(check("tower", {}).at("islands").at(0).at("exact"), true);
-    scene.world.solver.name = "gauss_seidel";
+    scene.world.solver = GaussSeidelDef{};
     const auto simulation = makeSimulation(scene);
     const auto json = diagnosisJson(simulation->diagnose(scene.dt, 0.001), 0.001, scene, *simulation);
     ASSERT_EQ(json.at("findings").size(), 1u) << json.dump(1);

@@ -47,7 +47,7 @@ TEST(Tune, GridsHaveTheSizesPromised) {
     EXPECT_TRUE(tuneSettings(scene, {}).front().given);
     // A scene that says something is measured beside `auto` as it comes.
     Scene other = scene;
-    other.world.solver.name = "nncg";
+    other.world.solver = NncgDef{};
     EXPECT_EQ(tuneSettings(other, {.size = TuneSize::Quick}).size(), 13u);
     EXPECT_EQ(tuneSettings(other, {.size = TuneSize::Quick}).front().label(), "the scene's own: nncg");
 }

@@ -85,7 +85,7 @@ TEST(Replay, NamesStepBodyAndDistance) {
     Scene scene;
     scene.name = "fall";
     scene.dt = 0.01;
-    scene.world.solver.substeps = 1;
+    scene.world.solver = AutoDef{.substeps = 1};
     scene.add({.name = "still", .type = BodyType::Static, .shapes = {sphere(0.5)}, .position = {9, 0, 0}});
     scene.add({.name = "light", .shapes = {sphere(0.5)}, .position = {0, 50, 0}, .mass = 1});
     scene.add({.name = "heavy", .shapes = {sphere(0.5)}, .position = {3, 50, 0}, .mass = 1, .gravityScale = 2});

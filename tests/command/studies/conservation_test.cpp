@@ -16,7 +16,7 @@ FreeScene sceneNamed(const std::string& name) {
 }
 
 Defect defectOf(const std::string& solver, const FreeScene& scene, int iterations) {
-    return stepDefect(scene, {.name = solver, .substeps = 1, .iterations = iterations});
+    return stepDefect(scene, solverWith(solver, {.substeps = 1, .iterations = iterations}));
 }
 
 // Solvers over rows push both bodies of a row by the same impulse; vbd and avbd put the whole right after each
@@ -66,7 +66,7 @@ TEST(ConservationTest, SweepsKeepAngularMomentumToSecondOrder) {
 }
 
 TEST(HangingChainTest, DirectIsExactAtAnyRatio) {
-    const ChainOption direct{.name = "defaults", .solver = {.name = "direct"}};
+    const ChainOption direct{.name = "defaults", .solver = DirectDef{}};
     for (const double ratio : {1.0, 1000.0}) {
         for (const bool rigid : {false, true}) {
             const ChainEntry entry = hangChain(direct, {1, 40}, ratio, rigid, 2);
@@ -83,8 +83,8 @@ TEST(HangingChainTest, NothingDivergesByDefault) {
         }
         for (const double ratio : {1.0, 100.0}) {
             const ChainEntry entry = hangChain(option, {}, ratio, true, 2);
-            EXPECT_EQ(entry.diverged, "") << option.solver.name << ", R = " << ratio;
-            EXPECT_LE(entry.worst, 0.02) << option.solver.name << ", R = " << ratio;
+            EXPECT_EQ(entry.diverged, "") << solverName(option.solver) << ", R = " << ratio;
+            EXPECT_LE(entry.worst, 0.02) << solverName(option.solver) << ", R = " << ratio;
         }
     }
 }
@@ -96,7 +96,7 @@ TEST_P(DivergingChains, RaiseAFlag) {
     const std::string solver = GetParam().name;
     for (const ChainEntry& e : chainStudy(false, {}, solver, solver == "direct" ? 0.1 : 0).entries) {
         EXPECT_TRUE(e.diverged.empty() || e.warned())
-            << e.option.solver.name << ", " << e.option.name << ", R = " << e.ratio << ", " << e.setting.substeps
+            << solverName(e.option.solver) << ", " << e.option.name << ", R = " << e.ratio << ", " << e.setting.substeps
             << " x " << e.setting.iterations << (e.rigid ? ", rigid: " : ": ") << e.diverged << ", gained "
             << e.energyGained << " J";
     }
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, DivergingChains, testing::ValuesIn(solverList(
 TEST(HangingChainTest, TellsWhatDiverges) {
     // Plain Jacobi, over-relaxed beyond what it bears: the longest Jacobi mode of a row of links grows.
     const ChainOption wild{
-        .name = "wild", .solver = {.name = "jacobi", .relaxation = 1.99, .massSplitting = false}, .risky = true};
+        .name = "wild", .solver = JacobiDef{.relaxation = 1.99, .massSplitting = false}, .risky = true};
     EXPECT_NE(hangChain(wild, {1, 40}, 1, false, 2).diverged, "");
 }
 

@@ -47,7 +47,7 @@ Trial makeTrial(int index, std::mt19937& random) {
 }
 
 double stepError(const Trial& trial, const std::vector<Vec3d>& exact, const char* solver, int iterations) {
-    Worldd world({.solver = {.name = solver, .substeps = 1, .iterations = iterations}});
+    Worldd world({.solver = solverWith(solver, {.substeps = 1, .iterations = iterations})});
     trial.build(world);
     world.step(dt);
     double worst = 0;
@@ -60,7 +60,7 @@ double stepError(const Trial& trial, const std::vector<Vec3d>& exact, const char
 
 // Sweeps, two an iteration, after which one step from rest is within the trial's error of the exact one.
 double measuredSweeps(const Trial& trial, const char* solver) {
-    Worldd world({.solver = {.name = "direct"}});
+    Worldd world({.solver = DirectDef{}});
     trial.build(world);
     world.step(dt);
     std::vector<Vec3d> exact;
@@ -84,7 +84,7 @@ TEST(Forecast, SweepsOfTwoHundredScenes) {
     const int trials = 200;
     for (int k = 0; k < trials; ++k) {
         const Trial trial = makeTrial(k, random);
-        Worldd world({.solver = {.name = "gauss_seidel", .substeps = 1}});
+        Worldd world({.solver = GaussSeidelDef{.substeps = 1}});
         trial.build(world);
         const IslandForecast one = world.diagnose(dt, trial.position).islands.at(0);
         const std::array<double, 3> told = {one.sweeps, one.jacobiSweeps, one.conjugateSweeps};
@@ -159,7 +159,7 @@ TEST(Diagnose, HeavyOnLight) {
     world.add({.name = "egg", .shapes = {box({0.5, 0.5, 0.5})}, .position = {0, 0.5, 0}, .mass = 1});
     world.add({.name = "safe", .shapes = {box({0.5, 0.5, 0.5})}, .position = {0, 1.5, 0}, .mass = 1000});
     expectFinding(world, FindingKind::MassRatio, 1000, {"safe", "egg", "1000 to 1", "auto"});
-    world.setSolver({.name = "gauss_seidel"});
+    world.setSolver(GaussSeidelDef{});
     expectFinding(world, FindingKind::MassRatio, 1000, {"use the solver auto"});
 }
 

@@ -103,7 +103,7 @@ void addGround(Worldd& world, Ground kind, double friction) {
 }
 
 std::vector<Posed> slide(Ground kind, const char* solver, double spin) {
-    Worldd world({.solver = {.name = solver}, .sleep = {.enabled = false}});
+    Worldd world({.solver = solverNamed(solver), .sleep = {.enabled = false}});
     addGround(world, kind, 0.4);
     const double speed = std::sqrt(2 * 0.4 * standardGravity * 10);
     const BodyId crate = world.add({.shapes = {withMaterial(box({0.4, 0.3, 0.35}), 0.4)},

@@ -51,8 +51,7 @@ bool equalBits(const std::vector<Posed>& a, const std::vector<Posed>& b) {
 // One contact through the centre of a ball has A = 1 / m: a depth d that a sub-step of h leaves is d sqrt(m) / h.
 TEST(Accuracy, ConstraintResidualOfABallInTheFloor) {
     const double mass = 4;
-    Worldd world(
-        {.gravity = Vec3d::Zero(), .solver = {.name = "gauss_seidel", .substeps = 1}, .maxPushOutSpeed = 0.01});
+    Worldd world({.gravity = Vec3d::Zero(), .solver = GaussSeidelDef{.substeps = 1}, .maxPushOutSpeed = 0.01});
     addFloor(world);
     const BodyId ball = world.add({.shapes = {sphere(0.5)}, .position = {0, 0.49, 0}, .mass = mass});
     const StepReport& report = world.step(dt);
@@ -101,11 +100,11 @@ TEST(Accuracy, MomentumResidualIsThatOfBodiesOnly) {
             return residual;
         };
         const double found = worst(solver);
-        if (traitsOf(solver).balanced && solver.name != "nonlinear_gs") {
-            expectBelow(solver.name + ": residual, root J", found, 1e-12);
-        } else if (solver.name == "vbd") {
+        if (traitsOf(solver).balanced && solverName(solver) != "nonlinear_gs") {
+            expectBelow(solverName(solver) + ": residual, root J", found, 1e-12);
+        } else if (solverName(solver) == "vbd") {
             EXPECT_GT(found, 1e-6);
-            solver.iterations = 400;
+            setField(solver, "iterations", 400);
             expectBelow("vbd, converged", worst(solver), 1e-3 * found);
         }
     });
@@ -114,7 +113,7 @@ TEST(Accuracy, MomentumResidualIsThatOfBodiesOnly) {
 TEST(Accuracy, WhatSlidesObeysCoulomb) {
     for (const char* const name : {"direct", "gauss_seidel", "nncg"}) {
         SCOPED_TRACE(name);
-        Worldd world({.solver = {.name = name}, .accuracy = {.coulomb = true}});
+        Worldd world({.solver = solverNamed(name), .accuracy = {.coulomb = true}});
         addFloor(world);
         world.add({.shapes = {box({0.5, 0.5, 0.5})}, .position = {0, 0.5, 0}, .linearVelocity = {3, 0, 0}, .mass = 1});
         double worst = 0;
@@ -177,7 +176,7 @@ TEST(Accuracy, ToleranceGivesTheSameBitsForAnyThreadCount) {
 
 // Of two equal towers, only the one that asks is solved again.
 TEST(Accuracy, ABodysToleranceRaisesItsOwnIslandAlone) {
-    Worldd world({.solver = {.name = "gauss_seidel"}});
+    Worldd world({.solver = GaussSeidelDef{}});
     addFloor(world);
     addTower(world, 5);
     addTower(world, 5, {10, 0, 0}, 1e-5);
@@ -195,7 +194,7 @@ TEST(Accuracy, ABodysToleranceRaisesItsOwnIslandAlone) {
 }
 
 TEST(Accuracy, BodiesAndContactsNameTheWorst) {
-    Worldd world({.solver = {.name = "vbd"}});
+    Worldd world({.solver = VbdDef{}});
     addFloor(world);
     addTower(world, 4);
     for (int i = 0; i < 30; ++i) {
@@ -221,7 +220,7 @@ TEST(Accuracy, BodiesAndContactsNameTheWorst) {
 }
 
 TEST(Accuracy, WhatCannotBeReachedIsFlagged) {
-    Worldd world({.solver = {.name = "gauss_seidel"}, .accuracy = {.position = 1e-9, .maxSubdivisions = 2}});
+    Worldd world({.solver = GaussSeidelDef{}, .accuracy = {.position = 1e-9, .maxSubdivisions = 2}});
     addFloor(world);
     addTower(world, 3);
     const StepReport& report = world.step(dt);
@@ -333,9 +332,9 @@ TEST(Accuracy, BadRequestsAreRefusedByName) {
     refused({.accuracy = {.budget = -1}}, "accuracy.budget");
     refused({.accuracy = {.qualityLevel = 12}}, "accuracy.qualityLevel");
     refused({.accuracy = {.maxWork = -1}}, "accuracy.maxWork");
-    refused({.solver = {.name = "nncg"}, .accuracy = {.maxWork = 1e5}}, "accuracy.maxWork");
-    refused({.solver = {.name = "nncg"}, .accuracy = {.qualityLevel = 3}}, "accuracy.qualityLevel");
-    refused({.solver = {.name = "direct"}, .accuracy = {.budget = 1e-3}}, "accuracy.budget");
+    refused({.solver = NncgDef{}, .accuracy = {.maxWork = 1e5}}, "accuracy.maxWork");
+    refused({.solver = NncgDef{}, .accuracy = {.qualityLevel = 3}}, "accuracy.qualityLevel");
+    refused({.solver = DirectDef{}, .accuracy = {.budget = 1e-3}}, "accuracy.budget");
     Worldd world;
     EXPECT_THROW(world.add({.shapes = {sphere(1)}, .tolerance = -1}), InputError);
 }

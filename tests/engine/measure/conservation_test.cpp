@@ -96,7 +96,7 @@ template <class S, std::size_t... I>
 void checkDrift(const SolverDef& solver, std::index_sequence<I...>) {
     const auto check = [&]<class Def>(const Def*) {
         const Drift drift = driftOf<S, Def>(solver);
-        const std::string what = solver.name + ", " + Def::typeName + ": ";
+        const std::string what = solverName(solver) + ", " + Def::typeName + ": ";
         const bool isFloat = std::is_same_v<S, float>;
         if (!traitsOf(solver).balanced) {
             // What the iterations over the bodies have not converged to is lost.
@@ -147,7 +147,7 @@ TYPED_TEST(Conservation, OfMomentumInACollision) {
             EXPECT_TRUE(met);
             EXPECT_LT(after.kinetic, before.kinetic * (1 + 1e-5)) << "e " << e;
             const bool isFloat = std::is_same_v<S, float>;
-            const std::string what = solver.name + ", e " + std::to_string(e) + ": ";
+            const std::string what = solverName(solver) + ", e " + std::to_string(e) + ": ";
             // vbd gives each body in turn what it thinks right, and loses 3 % of what meets.
             const double lost = boundOf(solver, isFloat ? 2e-6 : 1e-14, {{"vbd", 0.3}, {"avbd", 5e-5}});
             expectBelow(what + "momentum", (after.momentum - before.momentum).norm(), lost);
@@ -171,7 +171,7 @@ TYPED_TEST(Conservation, ReportedMomentumDefectIsRoundOff) {
         for (int i = 0; i < 120; ++i) {
             worst = std::max(worst, world.step(S(1.0 / 60)).error.momentumDefect);
         }
-        expectBelow(solver.name + ", reported momentum defect, N s", worst,
+        expectBelow(solverName(solver) + ", reported momentum defect, N s", worst,
                     // Body after body, what a row last asked for is not what its bodies got: told, not hidden.
                     boundOf(solver, std::is_same_v<S, float> ? 6e-6 : 2e-14, {{"vbd", 300}, {"avbd", 1.4}}));
     });

@@ -3,6 +3,7 @@
 #include "engine/model/describe.hpp"
 #include "tests/engine/engine_kit.hpp"
 
+#include <map>
 #include <set>
 
 namespace cairn {
@@ -16,6 +17,9 @@ template <class Visit>
 class Numbers {
 public:
     explicit Numbers(const Visit& visit, std::string path = "") : visit_(visit), path_(std::move(path)) {}
+
+    template <class Variant>
+    void kind(const char* /*name*/, const Variant& /*def*/, const KindRule& /*rule*/) {}
 
     template <class T>
     void field(const char* name, T& value, const FieldRule& rule) {
@@ -113,7 +117,10 @@ void expectRulesKept(const Def& good) {
 }
 
 TEST(Fields, EveryRuleIsKept) {
-    expectRulesKept(SolverDef{});
+    for (const SolverInfo& info : solverList()) {
+        SCOPED_TRACE(info.name);
+        expectRulesKept(solverNamed(info.name));
+    }
     expectRulesKept(SleepDef{});
     expectRulesKept(AccuracyDef{});
     expectRulesKept(WorldDef{});
@@ -139,7 +146,7 @@ TEST(Fields, WordsBeyondTheListAreRefused) {
 
 TEST(Fields, ErrorsSayPlaceValueLimitsAndMeaning) {
     try {
-        check(WorldDef{.solver = {.name = "nonlinear_gs", .stiffness = 1.5}}, "world");
+        check(WorldDef{.solver = NonlinearGsDef{.stiffness = 1.5}}, "world");
         FAIL();
     } catch (const InputError& error) {
         EXPECT_STREQ(error.what(),
@@ -148,98 +155,144 @@ TEST(Fields, ErrorsSayPlaceValueLimitsAndMeaning) {
     }
 }
 
-// Each field of SolverDef away from its default, alone.
-template <class Visit>
-void eachChange(const Visit& visit) {
-    const auto one = [&](const char* name, const auto& change) {
-        SolverDef def;
-        change(def);
-        visit(name, def);
-    };
-    one("iterations", [](SolverDef& d) { d.iterations = 3; });
-    one("substeps", [](SolverDef& d) { d.substeps = 3; });
-    one("relaxation", [](SolverDef& d) { d.relaxation = 1.2; });
-    one("relaxationRule", [](SolverDef& d) { d.relaxationRule = RelaxationRule::Optimal; });
-    one("massSplitting", [](SolverDef& d) { d.massSplitting = false; });
-    one("chebyshev", [](SolverDef& d) { d.chebyshev = true; });
-    one("stiffness", [](SolverDef& d) { d.stiffness = 0.5; });
-    one("postStabilise", [](SolverDef& d) { d.postStabilise = false; });
-    one("refreshRows", [](SolverDef& d) { d.refreshRows = false; });
-    one("penalty", [](SolverDef& d) { d.penalty = 5; });
-    one("geometricStiffness", [](SolverDef& d) { d.geometricStiffness = true; });
-    one("clusterSize", [](SolverDef& d) { d.clusterSize = 4; });
-    one("warmStart", [](SolverDef& d) { d.warmStart = 0.5; });
-    one("tolerance", [](SolverDef& d) { d.tolerance = 1e-3; });
-    one("linearSolver", [](SolverDef& d) { d.linearSolver = LinearSolver::ConjugateGradients; });
-    one("directWork", [](SolverDef& d) { d.directWork = 1e4; });
-    one("gyroscopicInertia", [](SolverDef& d) { d.gyroscopicInertia = true; });
+// How many members an aggregate has.
+struct Anything {
+    template <class T>
+    operator T() const;
+};
+template <class Aggregate, class... Members>
+constexpr std::size_t memberCount() {
+    if constexpr (requires { Aggregate{Members{}..., Anything{}}; }) {
+        return memberCount<Aggregate, Members..., Anything>();
+    } else {
+        return sizeof...(Members);
+    }
 }
 
-struct Names {
-    std::set<std::string>& names;
-    void field(const char* name, const auto& /*value*/, const FieldRule& /*rule*/) { names.insert(name); }
-};
+// Every field with its value as text.
+struct Texts {
+    std::map<std::string, std::string> fields;
 
-TEST(Fields, SolversNameFieldsThatThereAre) {
-    std::set<std::string> known;
-    Names names{known};
-    SolverDef def;
-    describe(names, def);
-    std::set<std::string> taken = {"name"};
+    template <class T>
+    void field(const char* name, const T& value, const FieldRule& /*rule*/) {
+        fields[name] = std::to_string(static_cast<double>(value));
+    }
+};
+std::map<std::string, std::string> textsOf(auto def) {
+    Texts texts;
+    describe(texts, def);
+    return texts.fields;
+}
+
+// A member without a line in the table would be in no file, unchecked.
+TEST(Fields, TheTableHasEveryMemberOfEverySolver) {
+    EXPECT_EQ(textsOf(SolverNumbers{}).size(), memberCount<SolverNumbers>());
+    std::set<std::string> taken;
     for (const SolverInfo& info : solverList()) {
-        std::istringstream words(info.fields);
-        for (std::string word; words >> word;) {
-            EXPECT_TRUE(known.contains(word)) << info.name << " takes " << word;
-            taken.insert(word);
+        SCOPED_TRACE(info.name);
+        std::visit(
+            [&]<class Def>(const Def& def) {
+                EXPECT_EQ(info.fields.size(), memberCount<Def>());
+                EXPECT_STREQ(info.name, Def::typeName);
+                for (const auto& [name, value] : textsOf(def)) {
+                    EXPECT_TRUE(info.takes(name)) << name;
+                    EXPECT_EQ(value, textsOf(SolverNumbers{}).at(name)) << name << ": one default for all";
+                    taken.insert(name);
+                }
+            },
+            solverNamed(info.name));
+    }
+    EXPECT_EQ(taken.size(), memberCount<SolverNumbers>()) << "a number that no solver takes";
+}
+
+// Each field away from its default.
+const std::map<std::string, SolverValue> otherValues = {{"iterations", 3},
+                                                        {"substeps", 3},
+                                                        {"relaxation", 1.2},
+                                                        {"relaxationRule", RelaxationRule::Optimal},
+                                                        {"massSplitting", false},
+                                                        {"chebyshev", true},
+                                                        {"stiffness", 0.5},
+                                                        {"postStabilise", false},
+                                                        {"refreshRows", false},
+                                                        {"penalty", 5},
+                                                        {"geometricStiffness", true},
+                                                        {"clusterSize", 4},
+                                                        {"warmStart", 0.5},
+                                                        {"tolerance", 1e-3},
+                                                        {"linearSolver", LinearSolver::ConjugateGradients},
+                                                        {"directWork", 1e4},
+                                                        {"gyroscopicInertia", true}};
+
+TEST(Fields, SetByNameWhereTakenAndRefusedByNameElsewhere) {
+    EXPECT_EQ(otherValues.size(), memberCount<SolverNumbers>());
+    for (const SolverInfo& info : solverList()) {
+        for (const auto& [field, value] : otherValues) {
+            SolverDef def = solverNamed(info.name);
+            if (!info.takes(field)) {
+                EXPECT_THROW(setField(def, field, value), InputError) << info.name << " " << field;
+                continue;
+            }
+            setField(def, field, value);
+            const auto before = textsOf(SolverNumbers{});
+            for (const auto& [name, text] : textsOf(numbersOf(def))) {
+                EXPECT_EQ(text == before.at(name), name != field) << info.name << " " << field << ": " << name;
+            }
+            EXPECT_EQ(refusal(def), "");
+            EXPECT_EQ(textsOf(numbersOf(solverWith(info.name, numbersOf(def)))), textsOf(numbersOf(def)));
         }
     }
-    EXPECT_EQ(taken, known) << "a field that no solver takes";
-    std::set<std::string> changed = {"name"};
-    eachChange([&](const char* name, const SolverDef&) { changed.insert(name); });
-    EXPECT_EQ(changed, known) << "eachChange() above lacks a field";
 }
 
-TEST(Fields, WhatASolverDoesNotTakeIsRefusedByName) {
-    for (const SolverInfo& info : solverList()) {
-        eachChange([&](const std::string& field, SolverDef def) {
-            def.name = info.name;
-            const bool takes = info.takes(field);
-            EXPECT_EQ(refusal(def), takes ? "" : "def." + field) << info.name;
-            EXPECT_EQ(refusal(onlyTaken(def)), "") << info.name;
-        });
-    }
+std::string words(const auto& does) {
     try {
-        Worldd({.solver = {.name = "direct", .chebyshev = true}});
-        FAIL();
+        does();
     } catch (const InputError& error) {
-        EXPECT_STREQ(error.what(),
-                     "world.solver.chebyshev = true with the solver \"direct\", which does not take it: leave it out, "
-                     "or use one that does: jacobi");
+        return error.what();
     }
+    return "";
 }
 
-TEST(Fields, OnlyTakenKeepsWhatIsTaken) {
-    SolverDef def{.name = "jacobi", .substeps = 3, .relaxation = 1.2, .chebyshev = true, .warmStart = 0.5};
-    def.name = "xpbd";
-    const SolverDef kept = onlyTaken(def);
-    EXPECT_EQ(kept.substeps, 3);
-    EXPECT_EQ(kept.relaxation, 1.2);
-    EXPECT_FALSE(kept.chebyshev);
-    EXPECT_EQ(kept.warmStart, 1);
+TEST(Fields, ByNameErrorsSayWhatToDo) {
+    SolverDef def = DirectDef{};
+    EXPECT_EQ(
+        words([&] { setField(def, "chebyshev", true); }),
+        "solver.chebyshev = true with the solver \"direct\", which does not take it: leave it out, or use one that "
+        "does: jacobi");
+    EXPECT_EQ(words([&] { setField(def, "tolerence", 1e-3); }),
+              "solver.tolerence = 0.001: there is no such field; direct takes iterations, substeps, warmStart, "
+              "tolerance, linearSolver");
+    EXPECT_EQ(words([&] { setField(def, "iterations", 1.5); }),
+              "solver.iterations = 1.5: give a whole number (sweeps or Newton iterations a sub-step; 0: the solver's "
+              "default)");
+    EXPECT_EQ(words([&] { setField(def, "linearSolver", RelaxationRule::Optimal); }),
+              "solver.linearSolver = optimal: give a linear solver (how the linear systems of Newton's iterations are "
+              "solved)");
+    EXPECT_EQ(words([] { solverNamed("gauss"); }),
+              "solver.name = \"gauss\": give one of auto, direct, gauss_seidel, nncg, cluster, jacobi, nonlinear_gs, "
+              "xpbd, vbd, avbd");
+}
+
+TEST(Fields, AnotherSolverTakesTheNumbersThatItHasToo) {
+    const SolverDef jacobi = JacobiDef{.substeps = 3, .relaxation = 1.2, .chebyshev = true, .warmStart = 0.5};
+    const auto xpbd = std::get<XpbdDef>(solverNamed("xpbd", jacobi));
+    EXPECT_EQ(xpbd.substeps, 3);
+    EXPECT_EQ(xpbd.relaxation, 1.2);
+    EXPECT_EQ(textsOf(numbersOf(xpbd)), textsOf(SolverNumbers{.substeps = 3, .relaxation = 1.2}));
 }
 
 // A share over 1 gave NaN.
 TEST(Fields, RefusedByAWorldAndBySetSolver) {
     Worldd world;
     for (const SolverDef& def :
-         {SolverDef{.name = "nonlinear_gs", .stiffness = 1.5}, SolverDef{.name = "nonlinear_gs", .stiffness = 0},
-          SolverDef{.name = "nonlinear_gs", .stiffness = -0.5}, SolverDef{.name = "nonlinear_gs", .stiffness = nan},
-          SolverDef{.name = "avbd", .penalty = -1}, SolverDef{.name = "vbd", .penalty = nan},
-          SolverDef{.name = "vbd", .penalty = inf}, SolverDef{.name = "cluster", .clusterSize = -1}}) {
+         {SolverDef(NonlinearGsDef{.stiffness = 1.5}), SolverDef(NonlinearGsDef{.stiffness = 0}),
+          SolverDef(NonlinearGsDef{.stiffness = -0.5}), SolverDef(NonlinearGsDef{.stiffness = nan}),
+          SolverDef(AvbdDef{.penalty = -1}), SolverDef(VbdDef{.penalty = nan}), SolverDef(VbdDef{.penalty = inf}),
+          SolverDef(ClusterDef{.clusterSize = -1})}) {
         EXPECT_THROW(Worldd({.solver = def}), InputError);
         EXPECT_THROW(world.setSolver(def), InputError);
     }
-    EXPECT_EQ(world.worldDef().solver.name, "auto");
+    EXPECT_TRUE(std::holds_alternative<AutoDef>(world.worldDef().solver));
 }
 
 }  // namespace

@@ -183,7 +183,7 @@ TEST(GyroscopicRules, HeavyTopKeepsItsVerticalMomentum) {
             }
             const bool exact = traitsOf(solver).exact;
             const std::string what =
-                solver.name + ", heavy top at 1/" + std::to_string(static_cast<int>(rate)) + " s, ";
+                solverName(solver) + ", heavy top at 1/" + std::to_string(static_cast<int>(rate)) + " s, ";
             expectBelow(what + "vertical angular momentum", momentum,
                         exact ? 1.2e-7 : boundOf(solver, 5e-4, {{"nonlinear_gs", 2.1e-3}}));
             expectBelow(what + "energy", energy,
@@ -291,9 +291,8 @@ TEST(GyroscopicInertia, ResistanceGrowsWithTheSquareOfTheTurn) {
 
 TEST(GyroscopicInertia, IsRefusedWhereTheMatrixMustBeSymmetric) {
     for (const char* name : {"auto", "direct", "nncg", "vbd", "avbd"}) {
-        EXPECT_THROW(Worldd({.solver = {.name = name, .gyroscopicInertia = true}}), InputError);
-        Worldd world({.solver = {.name = "gauss_seidel", .gyroscopicInertia = true}});
-        EXPECT_THROW(world.setSolver({.name = name, .gyroscopicInertia = true}), InputError);
+        SolverDef solver = solverNamed(name);
+        EXPECT_THROW(setField(solver, "gyroscopicInertia", true), InputError);
     }
 }
 

@@ -30,13 +30,14 @@ HandMadeIsland tenInARow() {
 constexpr double step60 = 1.0 / 60;
 
 // Velocities after one sub-step.
-DenseVector velocitiesAfter(Problem<double> problem, SolverDef def, int iterations) {
-    def.substeps = 1;
-    def.iterations = iterations;
+DenseVector velocitiesAfter(Problem<double> problem, const SolverDef& solver, int iterations) {
+    SolverNumbers numbers = numbersOf(solver);
+    numbers.substeps = 1;
+    numbers.iterations = iterations;
     // What a sub-step corrects is not limited, and nothing is projected away after it.
-    def.postStabilise = false;
-    def = onlyTaken(def);
-    makeSolver<double>({def, 0.05, 1e9})->advance(problem, step60);
+    numbers.postStabilise = false;
+    const SolverDef def = solverWith(solverName(solver), numbers);
+    makeSolver<double>(def, {.restitutionSpeed = 0.05, .maxPushOutSpeed = 1e9})->advance(problem, step60);
     std::vector<Vec6<double>> v;
     for (const SolverBody<double>& body : problem.bodies) {
         v.push_back(body.v);
@@ -123,15 +124,14 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
             return (velocitiesAfter(line.problem, solver, iterations) - exact).norm() / exact.norm();
         };
         if (traitsOf(solver).exact) {
-            expectBelow(solver.name + ", velocities after a step, relative", errorAfter(0), 6e-7);
+            expectBelow(solverName(solver) + ", velocities after a step, relative", errorAfter(0), 6e-7);
             return;
         }
-        if (solver.name == "vbd") {
+        if (solverName(solver) == "vbd") {
             // A penalty method: it converges to sticks that give, J v = -p / (rho h^2), whatever the iterations; to the
             // exact answer only as the penalty grows, and the more slowly then.
             const auto gives = [&](double penalty) {
-                SolverDef def = solver;
-                def.penalty = penalty;
+                const VbdDef def{.penalty = penalty};
                 const Dense soft = A + Dense::Identity(9, 9) / penalty;
                 const DenseVector expected =
                     dense.v - dense.inverseMass * dense.J.transpose() * soft.lu().solve(DenseVector(dense.J * dense.v));
@@ -143,21 +143,22 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
             expectClose("vbd, order in the penalty", std::log2(gives(100) / gives(200)), 1, 0.1);
             return;
         }
-        if (solver.name == "cluster") {
+        if (solverName(solver) == "cluster") {
             // The row is one cluster, solved at once, to the tolerance of clusters.
             expectBelow("cluster, velocities after a step, m/s", exact.norm() * errorAfter(2), 2e-4);
             return;
         }
-        if (solver.name == "nncg") {
+        if (solverName(solver) == "nncg") {
             // Conjugate directions with restarts: no constant rate, far fewer sweeps.
             expectBelow("nncg, error after 64 sweeps, relative", errorAfter(64), 1.5e-8);
             return;
         }
         // Of what converges slowly other modes are there for longer.
-        const int half = solver.name == "jacobi" ? 256 : 64;
+        const int half = solverName(solver) == "jacobi" ? 256 : 64;
         const double rate = std::pow(errorAfter(2 * half) / errorAfter(half), 1.0 / half);
         expectClose(
-            solver.name + ", share of the error that an iteration leaves", rate, ratePerIteration(solver.name, A),
+            solverName(solver) + ", share of the error that an iteration leaves", rate,
+            ratePerIteration(solverName(solver), A),
             // avbd does a little better than its sweeps: the free row's rigid motion is put right each iteration.
             boundOf(solver, 1e-3, {{"avbd", 6e-3}}));
     });
@@ -249,12 +250,11 @@ double farthest(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
 }
 
 // One sub-step a step, solved to the end.
-SolverDef solvedOut(const SolverDef& named) {
-    SolverDef solver = named;
-    solver.substeps = 1;
+SolverDef solvedOut(const SolverDef& named, int times = 1) {
+    const std::string name = solverName(named);
     // vbd takes the more iterations the stiffer its penalty makes a light body between others.
-    solver.iterations = traitsOf(solver).exact ? 0 : named.name == "vbd" ? 400 : 60;
-    return solver;
+    const int iterations = traitsOf(named).exact ? 0 : name == "vbd" ? 400 : 60;
+    return solverWith(name, {.substeps = 1, .iterations = times * iterations});
 }
 
 // Against a thirty-second of the shortest step. All are of first order, as symplectic Euler is; where one happens to
@@ -262,16 +262,16 @@ SolverDef solvedOut(const SolverDef& named) {
 TEST(Agreement, ManyStepsConvergeWithFirstOrder) {
     const double seconds = 0.5;
     for (const Scene& scene : bilateral) {
-        const std::vector<Vec3d> exact = placesAfter(scene, {.name = "direct", .substeps = 1}, 1.0 / 15360, seconds);
+        const std::vector<Vec3d> exact = placesAfter(scene, DirectDef{.substeps = 1}, 1.0 / 15360, seconds);
         const auto errorOf = [&](const SolverDef& solver, double rate) {
             return farthest(placesAfter(scene, solver, 1 / rate, seconds), exact);
         };
-        const double direct = errorOf({.name = "direct", .substeps = 1}, 480);
+        const double direct = errorOf(DirectDef{.substeps = 1}, 480);
         forEachSolver([&](const SolverDef& named) {
             const SolverDef solver = solvedOut(named);
             const double coarse = errorOf(solver, 60);
             const double fine = errorOf(solver, 480);
-            const std::string what = std::string(scene.name) + ", " + solver.name;
+            const std::string what = std::string(scene.name) + ", " + solverName(solver);
             expectBelow(what + ", error at 1/60 s, m", coarse, 0.12);
             expectBelow(what + ", error at 1/480 s over an eighth of that", fine / std::max(direct, coarse / 8), 1.15);
         });
@@ -288,13 +288,12 @@ TEST(Agreement, OneStepAgreesToTheOrderOfTheRows) {
         std::map<std::string, std::array<double, 2>> errors;
         for (const std::size_t k : {0U, 1U}) {
             const double h = k == 0 ? 1.0 / 60 : 1.0 / 120;
-            Worldd moving({.solver = {.name = "direct", .substeps = 1}, .sleep = {.enabled = false}});
+            Worldd moving({.solver = DirectDef{.substeps = 1}, .sleep = {.enabled = false}});
             const std::vector<BodyId> ids = scene.build(moving);
             run(moving, 0.25, 1.0 / 960);
             std::vector<Vec3d> exact;  // of the first in the list: auto, which takes `direct` here
             forEachSolver([&](const SolverDef& named) {
-                SolverDef solver = solvedOut(named);
-                solver.iterations *= 10;
+                const SolverDef solver = solvedOut(named, 10);
                 Worldd same({.solver = solver, .sleep = {.enabled = false}});
                 const std::vector<BodyId> twins = scene.build(same);
                 for (std::size_t n = 0; n < ids.size(); ++n) {
@@ -309,14 +308,14 @@ TEST(Agreement, OneStepAgreesToTheOrderOfTheRows) {
                 if (exact.empty()) {
                     exact = places;
                 }
-                errors[named.name][k] = farthest(places, exact);
+                errors[solverName(named)][k] = farthest(places, exact);
             });
         }
         forEachSolver([&](const SolverDef& solver) {
-            const auto [coarse, fine] = errors[solver.name];
-            const std::string what = std::string(scene.name) + ", " + solver.name + ", one step: ";
-            const bool linear = solver.name == "gauss_seidel" || solver.name == "nncg" || solver.name == "jacobi" ||
-                                solver.name == "cluster";
+            const auto [coarse, fine] = errors[solverName(solver)];
+            const std::string what = std::string(scene.name) + ", " + solverName(solver) + ", one step: ";
+            const bool linear = solverName(solver) == "gauss_seidel" || solverName(solver) == "nncg" ||
+                                solverName(solver) == "jacobi" || solverName(solver) == "cluster";
             if (traitsOf(solver).exact) {
                 expectBelow(what + "places, m", std::max(coarse, fine), 1e-9);
                 return;
@@ -327,8 +326,8 @@ TEST(Agreement, OneStepAgreesToTheOrderOfTheRows) {
                 return;
             }
             expectBelow(what + "places, m", coarse, 6e-3);
-            expectClose(what + "order", std::log2(coarse / fine), linear || (solver.name == "vbd" && !soft) ? 2 : 3,
-                        0.2);
+            expectClose(what + "order", std::log2(coarse / fine),
+                        linear || (solverName(solver) == "vbd" && !soft) ? 2 : 3, 0.2);
         });
     }
 }
@@ -363,28 +362,16 @@ Worldd contactScene(const std::string& name, const SolverDef& solver, std::vecto
 
 // Enough of each, measured on these scenes: substeps x iterations.
 SolverDef enough(const SolverDef& named) {
-    SolverDef solver = named;
-    if (named.name == "gauss_seidel") {
-        solver.substeps = 24;
-        solver.iterations = 4;
-    } else if (named.name == "nncg") {
-        solver.substeps = 8;
-        solver.iterations = 20;
-    } else if (named.name == "jacobi") {
-        solver.substeps = 24;
-        solver.iterations = 8;
-    } else if (named.name == "nonlinear_gs") {
-        solver.substeps = 20;
-        solver.iterations = 10;
-    } else if (named.name == "xpbd") {
-        solver.substeps = 20;
-        solver.iterations = 20;
-    } else if (named.name == "vbd") {
-        solver.substeps = 8;
-        solver.iterations = 20;
-        solver.penalty = 100;
-    }
-    return solver;
+    static const std::map<std::string, SolverDef> table = {
+        {"gauss_seidel", GaussSeidelDef{.substeps = 24, .iterations = 4}},
+        {"nncg", NncgDef{.substeps = 8, .iterations = 20}},
+        {"jacobi", JacobiDef{.substeps = 24, .iterations = 8}},
+        {"nonlinear_gs", NonlinearGsDef{.substeps = 20, .iterations = 10}},
+        {"xpbd", XpbdDef{.substeps = 20, .iterations = 20}},
+        {"vbd", VbdDef{.substeps = 8, .iterations = 20, .penalty = 100}},
+    };
+    const auto found = table.find(solverName(named));
+    return found == table.end() ? named : found->second;
 }
 
 // Of each pair of bodies: normal force and friction, N, summed over its contact points.
@@ -417,7 +404,7 @@ TEST(Agreement, ContactsComeToTheSameRest) {
                 rest = places;
                 load = forces;
             }
-            const std::string what = std::string(name) + ", " + solver.name;
+            const std::string what = std::string(name) + ", " + solverName(solver);
             // A cluster is solved to a tenth of a millimetre a second and no better: it sinks before it rests.
             expectBelow(what + ", off the place of `direct`, m", farthest(places, rest),
                         boundOf(solver, 1e-4, {{"cluster", 0.025}}));
@@ -453,7 +440,7 @@ TEST(Agreement, ContactsComeToTheSameRest) {
 TEST(Agreement, VbdSinksAsItsPenaltySaysAndSticks) {
     const double h = 1.0 / 480;
     for (const double penalty : {3.0, 10.0, 30.0}) {
-        const SolverDef solver{.name = "vbd", .substeps = 8, .iterations = 30, .penalty = penalty};
+        const VbdDef solver{.substeps = 8, .iterations = 30, .penalty = penalty};
         std::vector<BodyId> boxes;
         Worldd tower({.solver = solver, .sleep = {.enabled = false}});
         addFloor(tower);

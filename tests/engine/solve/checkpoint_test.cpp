@@ -32,7 +32,7 @@ TEST(Checkpoint, PutsBackBodiesForcesAndDecisions) {
     const StepCheckpoint<double> start(tables, {}, problem, state);
     const ControllerState before = state;
 
-    const auto solver = makeSolver<double>({.def = {.name = "gauss_seidel"}, .maxPushOutSpeed = 1});
+    const auto solver = makeSolver<double>(GaussSeidelDef{}, {.maxPushOutSpeed = 1});
     problem.plan = solver->plan(problem, state, 0.01);
     problem.beginImpulses();
     solver->advance(problem, 0.01);

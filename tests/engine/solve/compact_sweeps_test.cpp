@@ -177,7 +177,7 @@ TEST(Colouring, NoColourPushesABodyTwice) {
 TEST(CompactSweeps, LargeIslandsHaveTheSameBitsForAnyNumberOfThreads) {
     std::vector<Vec3d> end;
     for (const int threads : {1, 2, 4}) {
-        Worldd world({.solver = {.name = "gauss_seidel"}, .threads = threads});
+        Worldd world({.solver = GaussSeidelDef{}, .threads = threads});
         addFloor(world);
         std::vector<BodyId> boxes;
         constexpr int rows = 34;  // 1156 pairs that touch

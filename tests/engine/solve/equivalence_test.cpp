@@ -11,10 +11,8 @@ namespace {
 
 const Vec3d gravity(0, -standardGravity, 0);
 
-SolverSettings settingsOf(const SolverDef& def) {
-    // No limit to what a sub-step corrects: the theories know none.
-    return {def, 0.05, 1e9};
-}
+// No limit to what a sub-step corrects: the theories know none.
+const SolverSettings unlimitedPush = {.restitutionSpeed = 0.05, .maxPushOutSpeed = 1e9};
 
 // A chain of unequal bodies with ball joints, all of them pulled apart by about `gap`, thrown.
 HandMadeIsland randomChain(TestRandom& random, int links, double gap, bool anchored = false) {
@@ -210,7 +208,7 @@ TEST(SequentialImpulses, WithSoftConstraintsAreTheSolver) {
     TestRandom random(2);
     Beads beads = randomBeads(random, 7);
     const std::vector<Stick> sticks = sticksOf(beads);
-    BeadWorld net({.name = "gauss_seidel", .substeps = 4, .warmStart = 0}, beads, sticks);
+    BeadWorld net(GaussSeidelDef{.substeps = 4, .warmStart = 0}, beads, sticks);
     const double h = 1.0 / 240;
     const double omega = 2 * pi * 0.25 / h;
     const double zeta = 10;
@@ -346,7 +344,7 @@ void positionBasedStep(Beads& beads, const std::vector<Stick>& sticks, double h,
 
 // The textbook method: nothing projected away after the step, nothing carried over.
 SolverDef textbook(const char* name, int iterations) {
-    return onlyTaken({.name = name, .substeps = 1, .iterations = iterations, .postStabilise = false});
+    return solverWith(name, {.substeps = 1, .iterations = iterations, .postStabilise = false});
 }
 
 TEST(PositionBasedDynamics, IsNonlinearGaussSeidelAndXpbdWithoutCompliance) {
@@ -433,8 +431,7 @@ TEST(PositionBasedDynamics, ProjectsVolumesAsTheEngineDoes) {
 // removes nearly all of it.
 TEST(PositionBasedDynamics, StiffnessDoesNotDependOnTheIterations) {
     for (const int iterations : {1, 4, 10}) {
-        SolverDef solver = textbook("nonlinear_gs", iterations);
-        solver.stiffness = 0.3;
+        const NonlinearGsDef solver{.substeps = 1, .iterations = iterations, .stiffness = 0.3, .postStabilise = false};
         Worldd world({.gravity = Vec3d::Zero(), .solver = solver, .sleep = {.enabled = false}});
         const BodyId hook = world.add({.type = BodyType::Static});
         const BodyId bead = world.add({.particle = true, .position = Vec3d(1, 0, 0), .mass = 2});
@@ -447,8 +444,7 @@ TEST(PositionBasedDynamics, StiffnessDoesNotDependOnTheIterations) {
     TestRandom random(7);
     Beads beads = randomBeads(random, 6);
     const std::vector<Stick> sticks = sticksOf(beads);
-    SolverDef solver = textbook("nonlinear_gs", 5);
-    solver.stiffness = 0.6;
+    const NonlinearGsDef solver{.substeps = 1, .iterations = 5, .stiffness = 0.6, .postStabilise = false};
     BeadWorld net(solver, beads, sticks);
     net.world.step(1.0 / 60);
     positionBasedStep(beads, sticks, 1.0 / 60, 5, 1 - std::pow(0.4, 0.2));
@@ -504,8 +500,8 @@ TEST(Compliance, IsTikhonovsRegularisationAndTheImplicitForce) {
 
     forEachSolver([&](const SolverDef& named) {
         SolverDef solver = named;
-        solver.substeps = 1;
-        solver.iterations = 1000;
+        setField(solver, "substeps", 1);
+        setField(solver, "iterations", 1000);
         BeadWorld string(solver, beads, sticks, {.compliance = alpha}, pull);
         string.world.step(h);
         double position1 = 0;
@@ -517,10 +513,11 @@ TEST(Compliance, IsTikhonovsRegularisationAndTheImplicitForce) {
         for (const JointView& view : string.world.jointViews()) {
             force1 = std::max(force1, std::abs(view.force.x() - lambda(view.id.index)));
         }
-        expectBelow(solver.name + ", places after a step, m", position1, 1e-9);
+        expectBelow(solverName(solver) + ", places after a step, m", position1, 1e-9);
         // The sweeps that follow the move answer the velocities after it.
-        if (!solver.name.starts_with("gauss") && solver.name != "nncg" && solver.name != "jacobi") {
-            expectBelow(solver.name + ", forces, N, relative", force1 / lambda.norm(), 1e-6);
+        if (!solverName(solver).starts_with("gauss") && solverName(solver) != "nncg" &&
+            solverName(solver) != "jacobi") {
+            expectBelow(solverName(solver) + ", forces, N, relative", force1 / lambda.norm(), 1e-6);
         }
     });
 }
@@ -532,7 +529,7 @@ TEST(Compliance, DoesNotDependOnTheStep) {
             Beads bead{{Vec3d(0, -1, 0)}, {Vec3d::Zero()}, {2}};
             BeadWorld hanging(solver, bead, {{-1, 0, 1}}, {.compliance = 1e-3, .damping = 60});
             run(hanging.world, 3, dt);
-            expectClose(solver.name + ", stretch under 2 kg", -position(hanging.world, hanging.ids[0]).y() - 1,
+            expectClose(solverName(solver) + ", stretch under 2 kg", -position(hanging.world, hanging.ids[0]).y() - 1,
                         2 * standardGravity * 1e-3, 1e-9);
         }
     });
@@ -546,12 +543,12 @@ TEST(Compliance, DampingIsBackwardEuler) {
     EXPECT_NEAR(expected, 0.908257, 5e-7);
     forEachSolver([&](const SolverDef& named) {
         SolverDef solver = named;
-        solver.substeps = 1;
+        setField(solver, "substeps", 1);
         Beads bead{{Vec3d(3, 0, 0)}, {Vec3d::Zero()}, {1}};
         BeadWorld spring(solver, bead, {{-1, 0, 2}}, {.compliance = 1.0 / 400, .damping = 6}, Vec3d::Zero());
         spring.world.step(h);
-        expectClose(solver.name + ", damped spring after one step", position(spring.world, spring.ids[0]).x() - 2,
-                    expected, traitsOf(solver).exact ? 6e-11 : 1e-12);
+        expectClose(solverName(solver) + ", damped spring after one step",
+                    position(spring.world, spring.ids[0]).x() - 2, expected, traitsOf(solver).exact ? 6e-11 : 1e-12);
     });
 }
 
@@ -733,7 +730,7 @@ Converged exactStep(Problem<double> problem, double h) {
 }
 
 Converged advanced(Problem<double> problem, const SolverDef& def, double h) {
-    makeSolver<double>(settingsOf(def))->advance(problem, h);
+    makeSolver<double>(def, unlimitedPush)->advance(problem, h);
     Converged result;
     std::vector<Vec6<double>> v;
     std::vector<double> p;
@@ -762,9 +759,11 @@ TEST(AugmentedDescent, ConvergesToTheConstraintForces) {
     predicted.linearize();
     const Converged exact = exactStep(predicted, h);
     for (const double penalty : {1.0, 2.0, 10.0}) {
-        SolverDef def = textbook("avbd", 3000);
-        def.warmStart = 0;  // with it a sub-step takes back a share of the error
-        def.penalty = penalty;
+        const AvbdDef def{.substeps = 1,
+                          .iterations = 3000,
+                          .postStabilise = false,
+                          .penalty = penalty,
+                          .warmStart = 0};  // with it a sub-step takes back a share of the error
         const Converged ours = advanced(chain.problem, def, h);
         const std::string what = "penalty " + std::to_string(penalty);
         expectBelow(what + ", multipliers, relative", (ours.p - exact.p).norm() / exact.p.norm(), 1e-8);
@@ -919,7 +918,7 @@ TEST(MoorePenrose, ClosesJointsByTheLeastMotion) {
     problem.linearize();
     const DenseIsland dense(problem);
     const DenseVector moved = -dense.inverseMass * dense.J.transpose() * timesPseudoInverse(dense.A(), dense.C);
-    const Converged ours = advanced(chain.problem, {.name = "direct", .tolerance = 1e-12}, h);
+    const Converged ours = advanced(chain.problem, DirectDef{.tolerance = 1e-12}, h);
     expectBelow("direct, motion that closes, relative", (h * ours.v - moved).norm() / moved.norm(), 1e-3);
 }
 
@@ -1051,11 +1050,7 @@ TEST(Relaxation, RulesAreNeverWorseThanPlainSweeps) {
         const DenseVector exact =
             dense.v - dense.inverseMass * dense.J.transpose() * dense.A().ldlt().solve(dense.J * dense.v);
         const auto errorOf = [&](RelaxationRule rule, double xi, int iterations) {
-            const SolverDef def{.name = "gauss_seidel",
-                                .substeps = 1,
-                                .iterations = iterations,
-                                .relaxation = xi,
-                                .relaxationRule = rule};
+            const GaussSeidelDef def{.substeps = 1, .iterations = iterations, .relaxation = xi, .relaxationRule = rule};
             return (advanced(line.problem, def, h).v - exact).norm();
         };
         double optimal = 0;
@@ -1087,7 +1082,7 @@ TEST(Errata, RestitutionAimsAtTheSpeedBeforeTheImpact) {
             for (const double e : {0.5, 1.0}) {
                 SolverDef solver = named;
                 // One Newton iteration solves nothing, and direct says so.
-                solver.iterations = traitsOf(solver).exact ? 0 : iterations;
+                setField(solver, "iterations", traitsOf(solver).exact ? 0 : iterations);
                 Worldd world({.gravity = Vec3d::Zero(), .solver = solver, .sleep = {.enabled = false}});
                 addFloor(world, 0, e);
                 const BodyId ball = world.add({.shapes = {withMaterial(sphere(0.5), 0, e)},
@@ -1095,8 +1090,8 @@ TEST(Errata, RestitutionAimsAtTheSpeedBeforeTheImpact) {
                                                .linearVelocity = Vec3d(0, -3, 0),
                                                .mass = 2});
                 world.step(1.0 / 60);
-                expectClose(solver.name + ", speed after a bounce at e " + std::to_string(e), velocity(world, ball).y(),
-                            3 * e, 1e-9);
+                expectClose(solverName(solver) + ", speed after a bounce at e " + std::to_string(e),
+                            velocity(world, ball).y(), 3 * e, 1e-9);
             }
         }
     });
@@ -1117,8 +1112,9 @@ TEST(Errata, VelocityRowsGiveForcesThatDoNotDependOnTheStep) {
                                 .motorSpeed = 100,
                                 .motorForce = 7});
             world.step(dt);
-            expectClose(solver.name + ", speed that 7 N give in a step", velocity(world, cart).x(), 3.5 * dt, 1e-9);
-            expectClose(solver.name + ", force of the motor, N", world.jointViews().front().force.x(), 7, 1e-9);
+            expectClose(solverName(solver) + ", speed that 7 N give in a step", velocity(world, cart).x(), 3.5 * dt,
+                        1e-9);
+            expectClose(solverName(solver) + ", force of the motor, N", world.jointViews().front().force.x(), 7, 1e-9);
         }
     });
 }

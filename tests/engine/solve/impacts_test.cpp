@@ -52,7 +52,7 @@ TEST(Impacts, OfAnyShapeMakeNoEnergy) {
                 double worst = 0;
                 for (int kind = 0; kind < 5; ++kind) {
                     for (unsigned k = 0; k < 8; ++k) {
-                        worst = std::max(worst, gainOfDrop({.name = solver}, kind, e, mu, 5 * k + 1));
+                        worst = std::max(worst, gainOfDrop(solverNamed(solver), kind, e, mu, 5 * k + 1));
                     }
                 }
                 // The end of a step tells the energy of symplectic Euler, which is g h v / 2 off, up to 2.6 % of it

@@ -77,7 +77,7 @@ Dropped drop(const Shape& shape, const Quatd& turn, double height, bool sleep) {
 // Balls that fall together do not approach each other until the lowest has met the floor, all within one step.
 TEST(Landing, AColumnThatFallsTogetherStaysApart) {
     for (const char* const solver : {"auto", "gauss_seidel"}) {
-        Worldd world({.solver = {.name = solver}});
+        Worldd world({.solver = solverNamed(solver)});
         addFloor(world);
         for (int i = 0; i < 6; ++i) {
             world.add({.shapes = {withMaterial(sphere(0.1), 0, 0)},

@@ -148,8 +148,8 @@ TEST(Stacks, ConjugateGradientsStepAsTheFactorDoes) {
             expectBelow(what + when + ", m", place, first ? 2e-11 : 7e-8);
         }
     };
-    const SolverDef factor = {.name = "direct"};
-    const SolverDef gradients = {.name = "direct", .linearSolver = LinearSolver::ConjugateGradients};
+    const DirectDef factor = {};
+    const DirectDef gradients = {.linearSolver = LinearSolver::ConjugateGradients};
     compare("tower 10", tower<double>(10, 1, factor), tower<double>(10, 1, gradients));
     compare("heavy 1000", tower<double>(2, 1000, factor), tower<double>(2, 1000, gradients));
     compare("wall of 36", pyramid<double>(8, factor), pyramid<double>(8, gradients));
@@ -159,7 +159,7 @@ TEST(Stacks, ConjugateGradientsStepAsTheFactorDoes) {
 
 // What single precision costs `direct`, whose own arithmetic is double: poses and rows have seven digits.
 TEST(Stacks, FloatHasAFloor) {
-    const SolverDef direct = {.name = "direct"};
+    const DirectDef direct = {};
     const auto displacement = [&]<class S>(S, int n, double ratio) {
         World<S> world = tower<S>(n, ratio, direct);
         return watch(world, 5).displacement;
@@ -187,8 +187,8 @@ TEST(Stacks, ForcesOfAStack) {
         }
         ASSERT_EQ(below.size(), 5U);
         for (const auto& [body, force] : below) {
-            expectClose(solver.name + ", force below box " + std::to_string(body), force, (6 - body) * standardGravity,
-                        traitsOf(solver).force * (6 - body) * standardGravity);
+            expectClose(solverName(solver) + ", force below box " + std::to_string(body), force,
+                        (6 - body) * standardGravity, traitsOf(solver).force * (6 - body) * standardGravity);
         }
     });
 }
@@ -263,9 +263,9 @@ TEST(Stacks, OverlapIsWorkedOffGently) {
         // Four points pushed out together, and one or a few sweeps to take the speed of that away again: half of it
         // stays.
         const double left = boundOf(solver, 0.025, {{"jacobi", 0.8}});
-        expectClose(solver.name + ", gap after 2 s, m", gap, 0, 4 * left);
-        expectBelow(solver.name + ", speed left at the end, m/s", velocity(world, a).norm(), left);
-        expectBelow(solver.name + ", fastest, m/s", fastest, std::max(0.025, left));
+        expectClose(solverName(solver) + ", gap after 2 s, m", gap, 0, 4 * left);
+        expectBelow(solverName(solver) + ", speed left at the end, m/s", velocity(world, a).norm(), left);
+        expectBelow(solverName(solver) + ", fastest, m/s", fastest, std::max(0.025, left));
     });
 }
 

@@ -78,7 +78,7 @@ TEST(Allocations, APyramidThatRestsAsksForNone) {
 }
 
 TEST(Allocations, ASolvedStepOfBoxesUnderSweepsAsksForNone) {
-    Worldd world({.solver = {.name = "gauss_seidel"}, .sleep = {.enabled = false}});
+    Worldd world({.solver = GaussSeidelDef{}, .sleep = {.enabled = false}});
     addFloor(world);
     for (int i = 0; i < 5; ++i) {
         addBox(world, Vec3d(0, 0.5 + i, 0));

@@ -40,7 +40,7 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
         for (const auto& [name, shape] : shapes) {
             forEachSolver([&](const SolverDef& solver) {
                 // All shapes by one solver, all others with one shape.
-                if (solver.name != "gauss_seidel" && std::string(name) != "sphere") {
+                if (solverName(solver) != "gauss_seidel" && std::string(name) != "sphere") {
                     return;
                 }
                 for (const bool soft : {false, true}) {
@@ -77,11 +77,12 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
                     const SceneMotion after = motionOf(world);
                     EXPECT_GT(touched, 3);
                     const bool isFloat = std::is_same_v<S, float>;
-                    const std::string what = solver.name + ", " + name + (soft ? " into jelly: " : " into cloth: ");
+                    const std::string what =
+                        solverName(solver) + ", " + name + (soft ? " into jelly: " : " into cloth: ");
                     expectBelow(what + "momentum", (after.momentum - before.momentum).norm(), isFloat ? 5e-5 : 2e-13);
                     // Nearly exact for a ball under `direct`, which projects little away. Else the turn of
                     // what is no ball, or a push at arms of the sub-step's start, is wrong by a share of the sub-step.
-                    const bool exact = soft && std::string(name) == "sphere" && solver.name == "direct";
+                    const bool exact = soft && std::string(name) == "sphere" && solverName(solver) == "direct";
                     expectBelow(what + "angular momentum", (after.angularMomentum - before.angularMomentum).norm(),
                                 exact ? 4e-5 : 0.008);
                 }
@@ -95,9 +96,7 @@ template <class Test>
 void forSolvers(std::initializer_list<const char*> names, Test test) {
     for (const char* name : names) {
         SCOPED_TRACE(name);
-        SolverDef def;
-        def.name = name;
-        test(def);
+        test(solverNamed(name));
     }
 }
 
@@ -138,11 +137,11 @@ TEST(Deformable, RopeHangsAsItsStiffnessSays) {
                           .norm();
         }
         // xpbd starts every sub-step from no force, and one sweep does not carry the load up the rope.
-        const bool exact = solver.name == "direct";
-        const bool forgets = solver.name == "xpbd";
-        expectBelow(solver.name + ", tension, relative", worstTension, exact ? 1e-6 : 5e-3);
-        expectClose(solver.name + ", length", length, expectedLength, exact ? 1e-7 : forgets ? 0.18 : 2e-4);
-        expectClose(solver.name + ", height of the load", position(world, load).y(), 3 - expectedLength - 0.2,
+        const bool exact = solverName(solver) == "direct";
+        const bool forgets = solverName(solver) == "xpbd";
+        expectBelow(solverName(solver) + ", tension, relative", worstTension, exact ? 1e-6 : 5e-3);
+        expectClose(solverName(solver) + ", length", length, expectedLength, exact ? 1e-7 : forgets ? 0.18 : 2e-4);
+        expectClose(solverName(solver) + ", height of the load", position(world, load).y(), 3 - expectedLength - 0.2,
                     exact     ? 1e-6
                     : forgets ? 0.18
                               : 3e-3);
@@ -151,7 +150,7 @@ TEST(Deformable, RopeHangsAsItsStiffnessSays) {
 
 // A rope that does not stretch, with a load 100 times as heavy as one of its segments.
 TEST(Deformable, RigidRopeKeepsItsLength) {
-    Worldd world({.solver = {.name = "direct"}, .sleep = {.enabled = false}});
+    Worldd world({.solver = DirectDef{}, .sleep = {.enabled = false}});
     const BodyId hook = world.add({.type = BodyType::Static, .position = Vec3d(0, 3, 0)});
     const BodyId load = world.add({.shapes = {box(Vec3d::Constant(0.2))}, .position = Vec3d(2.2, 3, 0), .mass = 10});
     const Deformable rope =
@@ -192,10 +191,10 @@ TEST(Deformable, ClothRestsOnABall) {
             lowest = std::min(lowest, x.y());
             fastest = std::max(fastest, velocity(world, id).norm());
         }
-        EXPECT_GT(lowest, 0.9) << solver.name << ": still on the ball";
-        expectBelow(solver.name + ", depth of the deepest particle, m", deepest,
+        EXPECT_GT(lowest, 0.9) << solverName(solver) << ": still on the ball";
+        expectBelow(solverName(solver) + ", depth of the deepest particle, m", deepest,
                     boundOf(solver, 5e-4, {{"vbd", 3.4e-3}}));
-        expectBelow(solver.name + ", fastest particle, m/s", fastest, 0.1);
+        expectBelow(solverName(solver) + ", fastest particle, m/s", fastest, 0.1);
     });
 }
 
@@ -227,15 +226,16 @@ TEST(Deformable, JellyKeepsItsVolumeUnderLoad) {
         const BodyId plate = world.add({.shapes = {box({0.6, 0.05, 0.6})}, .position = Vec3d(0, 1.06, 0), .mass = 100});
         run(world, 2.5);
         const double height = position(world, plate).y() - 0.05;
-        expectClose(solver.name + ", height", height, 0.92, 0.05);
-        expectClose(solver.name + ", volume", volumeOf(world, jelly), 1, solver.name == "xpbd" ? 0.08 : 0.025);
-        expectBelow(solver.name + ", speed of the plate, m/s", velocity(world, plate).norm(), 0.02);
+        expectClose(solverName(solver) + ", height", height, 0.92, 0.05);
+        expectClose(solverName(solver) + ", volume", volumeOf(world, jelly), 1,
+                    solverName(solver) == "xpbd" ? 0.08 : 0.025);
+        expectBelow(solverName(solver) + ", speed of the plate, m/s", velocity(world, plate).norm(), 0.02);
     });
 }
 
 // A soft bar pulled by a weight stretches by about F L / (E A): the springs stand for a modulus, not for numbers.
 TEST(Deformable, SoftBarStretchesAsItsModulusSays) {
-    Worldd world({.solver = {.name = "direct"}, .sleep = {.enabled = false}});
+    Worldd world({.solver = DirectDef{}, .sleep = {.enabled = false}});
     const BodyId roof = world.add({.type = BodyType::Static, .position = Vec3d(0, 2, 0)});
     const BodyId load = world.add({.shapes = {box(Vec3d::Constant(0.1))}, .position = Vec3d(0, -0.3, 0), .mass = 20});
     const double E = 1e5;
@@ -280,7 +280,7 @@ TEST(Deformable, GainsNoEnergy) {
             world.step(1.0 / 60);
             largest = std::max(largest, motionOf(world).energy() - first);
         }
-        expectBelow(solver.name + ", energy gained, J, of " + std::to_string(first), largest, 1e-2 * first);
+        expectBelow(solverName(solver) + ", energy gained, J, of " + std::to_string(first), largest, 1e-2 * first);
     });
 }
 
@@ -303,9 +303,8 @@ TEST(Deformable, OneVisitOfATetrahedronIsTheXpbdUpdate) {
         }
         // Ours is a length, C' = s C with s = (6 V_0)^(-2/3).
         const double s = std::pow(sixVolumes(rest), -2.0 / 3);
-        Worldd world({.gravity = Vec3d::Zero(),
-                      .solver = {.name = "xpbd", .substeps = 1, .iterations = 1},
-                      .maxPushOutSpeed = 1e6});
+        Worldd world(
+            {.gravity = Vec3d::Zero(), .solver = XpbdDef{.substeps = 1, .iterations = 1}, .maxPushOutSpeed = 1e6});
         VolumeDef volume;
         std::array<BodyId, 4> ids;
         for (std::size_t i = 0; i < 4; ++i) {

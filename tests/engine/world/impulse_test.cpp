@@ -40,7 +40,7 @@ TEST(Impulses, ABounceIsTold) {
 
 TEST(Impulses, ALandingAddsUpToTheMomentumOfTheFall) {
     for (const char* solver : {"auto", "gauss_seidel", "avbd"}) {
-        Worldd world({.solver = {.name = solver}, .sleep = {.enabled = false}});
+        Worldd world({.solver = solverNamed(solver), .sleep = {.enabled = false}});
         addFloor(world);
         const BodyId body = addBox(world, Vec3d(0, 1.5, 0));
         const double m = world.mass(body);

@@ -279,7 +279,8 @@ TEST(BadInput, Worlds) {
     expectRefused("sleep.time", [] { Worldd({.sleep = {.time = 0}}); });
     expectRefused("sleep.distance", [] { Worldd({.sleep = {.distance = -1}}); });
     expectRefused("threads", [] { Worldd({.threads = 0}); });
-    expectRefused("solver.name", [] { Worldd({.solver = {.name = "magic"}}); });
+    expectRefused("solver.name", [] { solverNamed("magic"); });
+    expectRefused("solver.name", [] { solverNamed(""); });
 }
 
 TEST(BadInput, Solvers) {
@@ -288,17 +289,16 @@ TEST(BadInput, Solvers) {
     const BodyId box = addBox(world, Vec3d(0, 0.5, 0));
     const auto refused = [&](const std::string& field, const SolverDef& def) {
         expectRefused("solver." + field, [&] { world.setSolver(def); });
-        EXPECT_EQ(world.worldDef().solver.name, "auto") << "the old solver stays";
+        EXPECT_EQ(solverName(world.worldDef().solver), "auto") << "the old solver stays";
     };
-    refused("name", {.name = ""});
-    refused("substeps", {.substeps = -1});
-    refused("iterations", {.iterations = -5});
-    refused("relaxation", {.relaxation = 2});
-    refused("relaxation", {.relaxation = nan});
-    refused("warmStart", {.warmStart = 1.5});
-    refused("tolerance", {.tolerance = -1});
-    refused("tolerance", {.tolerance = inf});
-    refused("directWork", {.directWork = nan});
+    refused("substeps", AutoDef{.substeps = -1});
+    refused("iterations", AutoDef{.iterations = -5});
+    refused("relaxation", AutoDef{.relaxation = 2});
+    refused("relaxation", AutoDef{.relaxation = nan});
+    refused("warmStart", AutoDef{.warmStart = 1.5});
+    refused("tolerance", AutoDef{.tolerance = -1});
+    refused("tolerance", AutoDef{.tolerance = inf});
+    refused("directWork", AutoDef{.directWork = nan});
     run(world, 1);
     EXPECT_NEAR(position(world, box).y(), 0.5, 1e-5);
 }
@@ -636,8 +636,8 @@ TEST(BadInput, NonFiniteBodyIsPutBack) {
         EXPECT_EQ(velocity(world, bad).norm(), 0);
         EXPECT_NE(report.summary().find("non-finite"), std::string::npos);
         run(world, 3);
-        expectClose(solver.name + ", height of the body put back", position(world, bad).y(), 0.5, 1e-3);
-        expectClose(solver.name + ", height of the other", position(world, good).y(), 0.5, 1e-3);
+        expectClose(solverName(solver) + ", height of the body put back", position(world, bad).y(), 0.5, 1e-3);
+        expectClose(solverName(solver) + ", height of the other", position(world, good).y(), 0.5, 1e-3);
     });
 }
 
@@ -654,7 +654,7 @@ TEST(BadInput, ASpeedBeyondSquaringIsPutBack) {
         ASSERT_EQ(report.nonFinite, std::vector<BodyId>{bad});
         EXPECT_EQ(velocity(world, bad).norm(), 0);
         run(world, 3);
-        expectClose(solver.name + ", height of the body put back", position(world, bad).y(), 0.5, 1e-3);
+        expectClose(solverName(solver) + ", height of the body put back", position(world, bad).y(), 0.5, 1e-3);
     });
 }
 

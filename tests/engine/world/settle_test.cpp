@@ -74,7 +74,7 @@ TEST(Settle, WhatStandsIsHeldByTheSameForces) {
 
 TEST(Settle, SweepsThatCreepAreGoneOnWith) {
     WorldDef def = awakeForEver();
-    def.solver.name = "gauss_seidel";
+    def.solver = GaussSeidelDef{};
     Worldd world(def);
     addFloor(world);
     for (int i = 0; i < 10; ++i) {
@@ -121,7 +121,7 @@ TEST(Settle, WhateverChangesSetsItGoing) {
                   p.world.add(ball);
               }),
               0.1);
-    EXPECT_LT(movedBy([](SettledPyramid& p) { p.world.setSolver({.name = "direct"}); }), 1e-6);
+    EXPECT_LT(movedBy([](SettledPyramid& p) { p.world.setSolver(DirectDef{}); }), 1e-6);
     EXPECT_LT(movedBy([](SettledPyramid&) {}), 1e-300);
 }
 
