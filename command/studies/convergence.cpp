@@ -392,6 +392,12 @@ double chainJacobiRadius(const std::vector<double>& masses) {
         rows.iterationMatrix([&](System& system) { system.sweepAtOnce(rows.chain.problem, 1, whole); }));
 }
 
+std::vector<double> chainMasses(int count, double end) {
+    std::vector<double> masses(static_cast<std::size_t>(count), 1);
+    masses.front() = masses.back() = end;
+    return masses;
+}
+
 ChainConvergence chainConvergence(int bodies, double ratio, int cap) {
     ChainConvergence result{.bodies = bodies, .ratio = ratio};
     RowChain rows(chainMasses(bodies, ratio));

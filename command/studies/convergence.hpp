@@ -47,6 +47,9 @@ struct ChainConvergence {
     const MethodConvergence& method(const std::string& name) const;
 };
 
+// `count` masses: the ends `end` kg, the others 1 kg.
+std::vector<double> chainMasses(int count, double end);
+
 // Told of the share that is done.
 using Tell = std::function<void(double)>;
 

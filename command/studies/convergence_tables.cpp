@@ -1,6 +1,5 @@
 // Which chains the study of convergence looks at, and how it tells what it found.
 #include "command/studies/convergence.hpp"
-#include "command/studies/straight_chain.hpp"
 
 #include <algorithm>
 #include <cmath>

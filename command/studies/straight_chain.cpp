@@ -51,12 +51,6 @@ RowSystem<double> StraightChain::system() const {
     return system;
 }
 
-std::vector<double> chainMasses(int count, double end) {
-    std::vector<double> masses(static_cast<std::size_t>(count), 1);
-    masses.front() = masses.back() = end;
-    return masses;
-}
-
 Eigen::MatrixXd assembleJ(const Problem<double>& problem) {
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(problem.rows.size()),
                                               static_cast<Eigen::Index>(6 * problem.bodies.size()));

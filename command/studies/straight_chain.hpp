@@ -28,9 +28,6 @@ private:
     std::vector<Vec3d> places_;
 };
 
-// `count` masses: the ends `end` kg, the others 1 kg.
-std::vector<double> chainMasses(int count, double end);
-
 // J (rows x 6 bodies) and A = J M^-1 J^T, assembled from the rows and the bodies of an island.
 Eigen::MatrixXd assembleJ(const Problem<double>& problem);
 Eigen::MatrixXd assembleA(const Problem<double>& problem);

@@ -2,8 +2,8 @@
 // What the engine's tests share: small worlds, and comparisons that can print what they measured.
 #include <cairn/cairn.hpp>
 
+#include "base/so3.hpp"
 #include "engine/model/solver_numbers.hpp"
-#include "engine/solve/solver.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Linear and angular momentum and energy of bodies that nothing outside touches.
+#include "engine/constraints/joint.hpp"
 #include "tests/engine/engine_kit.hpp"
 
 namespace cairn {

@@ -1,6 +1,7 @@
 // All solvers agree with `direct`: on joints and springs with the order that theory gives, on contacts in where things
 // rest and in what they press.
 #include "engine/solve/position/nonlinear_rows.hpp"
+#include "engine/solve/solver.hpp"
 #include "tests/engine/hand_made_island.hpp"
 
 #include <map>

@@ -1,5 +1,6 @@
 // What a retried step finds again: all that the failed attempt changed, of the problem and of what is decided.
 #include "engine/solve/checkpoint.hpp"
+#include "engine/solve/solver.hpp"
 #include "tests/engine/hand_made_island.hpp"
 
 #include <gtest/gtest.h>
