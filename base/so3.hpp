@@ -96,6 +96,24 @@ Quat<S> rotated(const Quat<S>& q, const Vec3<S>& theta) {
     return (expQuat(theta) * q).normalized();
 }
 
+// The shortest turn that takes the direction `from` to the direction `to`; of those between opposite ones any. Eigen's
+// FromTwoVectors says the same, by a singular value decomposition where they are opposite, which costs every file that
+// asks for it ten seconds of compiling.
+template <class S>
+Quat<S> turnBetween(const Vec3<S>& from, const Vec3<S>& to) {
+    const Vec3<S> a = from.normalized();
+    const Vec3<S> b = to.normalized();
+    const S c = b.dot(a);
+    if (c < S(-0.5)) {
+        // Half a turn about an axis across a, and on from -a, where 1 + c has all its digits.
+        const Vec3<S> across = a.unitOrthogonal();
+        return turnBetween<S>(-a, b) * Quat<S>(S(0), across.x(), across.y(), across.z());
+    }
+    const S s = std::sqrt((S(1) + c) * S(2));
+    const Vec3<S> v = a.cross(b) * (S(1) / s);
+    return Quat<S>(s * S(0.5), v.x(), v.y(), v.z());
+}
+
 // Two unit vectors that complete the unit vector n to a right-handed frame (n, t1, t2). Continuous except at n.z = -1
 // (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
 template <class S>

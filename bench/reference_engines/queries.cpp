@@ -46,7 +46,7 @@ btTransform toBullet(const Posed& pose) {
 
 // ODE's capsules and cylinders stand along z.
 void place(dGeomID geom, const Posed& pose, bool standing) {
-    const Quatd turned = Quatd::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitY());
+    const Quatd turned = turnBetween<double>(Vec3d::UnitZ(), Vec3d::UnitY());
     const Quatd q = standing ? pose.rotation * turned : pose.rotation;
     const dQuaternion ode = {q.w(), q.x(), q.y(), q.z()};
     dGeomSetPosition(geom, pose.position.x(), pose.position.y(), pose.position.z());

@@ -177,7 +177,7 @@ private:
         constexpr double half = 100;  // m
         Shape slab = box({half, half, half});
         slab.pose =
-            shape.pose * Posed{(shape.offset - half) * shape.size, Quatd::FromTwoVectors(Vec3d::UnitY(), shape.size)};
+            shape.pose * Posed{(shape.offset - half) * shape.size, turnBetween<double>(Vec3d::UnitY(), shape.size)};
         return slab;
     }
 
@@ -270,7 +270,7 @@ private:
         constraints_.push_back(std::move(constraint));
     }
     static Posed frameAt(const Vec3d& anchor, const Vec3d& axis, const Vec3d& along) {
-        return {anchor, Quatd::FromTwoVectors(along, axis)};
+        return {anchor, turnBetween<double>(along, axis)};
     }
 
     void addJoint(const Scene& scene, const BallDef& def) {

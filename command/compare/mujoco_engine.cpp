@@ -5,13 +5,13 @@
 // constant of solref at the least that it takes, two steps, with critical damping; solimp 0.99 to 0.999 in place of
 // 0.9 to 0.95 (of 0.95 to 0.99 too a load sinks in farther); elliptic cones, and impratio 10 against slip. At two steps
 // what slides chatters and stops elsewhere by 7 %: hence a dial with four. "softness as it comes" is without all that.
+#include "base/so3.hpp"
 #include "command/compare/reference_engine_kit.hpp"
 
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <sstream>
 
@@ -296,7 +296,7 @@ private:
         std::string form;
         const std::string standing = text(shape.size.x()) + " " + text(shape.size.y());
         // MuJoCo's capsules and cylinders stand along z, as its planes face it.
-        const Posed upright{Vec3d::Zero(), Quatd::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitY())};
+        const Posed upright{Vec3d::Zero(), turnBetween<double>(Vec3d::UnitZ(), Vec3d::UnitY())};
         switch (shape.kind) {
             case ShapeKind::Sphere:
                 form = attribute("type", "sphere") + attribute("size", text(shape.size.x()));
@@ -317,7 +317,7 @@ private:
                 break;
             case ShapeKind::HalfSpace:
                 form = attribute("type", "plane") + attribute("size", "0 0 1");
-                pose = pose * Posed{shape.offset * shape.size, Quatd::FromTwoVectors(Vec3d::UnitZ(), shape.size)};
+                pose = pose * Posed{shape.offset * shape.size, turnBetween<double>(Vec3d::UnitZ(), shape.size)};
                 break;
             case ShapeKind::Hull: {
                 std::string vertices;
@@ -456,7 +456,7 @@ private:
         const auto vfs = std::make_unique<mjVFS>();
         mj_defaultVFS(vfs.get());
         mj_makeEmptyFileVFS(vfs.get(), file, static_cast<int>(mjcf.size()));
-        std::memcpy(vfs->filedata[mj_findFileVFS(vfs.get(), file)], mjcf.data(), mjcf.size());
+        std::copy(mjcf.begin(), mjcf.end(), static_cast<char*>(vfs->filedata[mj_findFileVFS(vfs.get(), file)]));
         char words[1000] = "";
         model_.reset(mj_loadXML(file, vfs.get(), words, sizeof words));
         mj_deleteVFS(vfs.get());

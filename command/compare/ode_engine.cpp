@@ -3,6 +3,7 @@
 // would be a force. Hulls are ODE's convex geoms: its triangle meshes as moving bodies find too few points to stand on.
 // dWorldStep throws aligned stacks apart, whatever CFM from 1e-10 to 1e-4 and however few the points of a pair: it is
 // here for what it does well.
+#include "base/so3.hpp"
 #include "collision/shapes/hull.hpp"
 #include "command/compare/reference_engine_kit.hpp"
 
@@ -67,7 +68,7 @@ void place(dGeomID geom, const Posed& pose) {
 
 // ODE's capsules and cylinders stand along z.
 Posed standingAlongZ(const Posed& pose) {
-    return pose * Posed{Vec3d::Zero(), Quatd::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitY())};
+    return pose * Posed{Vec3d::Zero(), turnBetween<double>(Vec3d::UnitZ(), Vec3d::UnitY())};
 }
 
 class OdeEngine final : public ReferenceEngine {

@@ -1,6 +1,8 @@
 #include "command/studies/conservation.hpp"
 #include "engine/model/solver_numbers.hpp"
 
+#include "base/so3.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -64,7 +66,7 @@ Scene chain(const std::string& name, int links, const Vec3d& spin, double jerk) 
         const BodyId link = scene.add({.name = "link " + std::to_string(i),
                                        .shapes = {capsule(0.1, 0.4)},
                                        .position = end + 0.5 * unit,
-                                       .rotation = Quatd::FromTwoVectors(Vec3d::UnitY(), unit),
+                                       .rotation = turnBetween<double>(Vec3d::UnitY(), unit),
                                        .mass = i + 1 == links ? 3.0 : 1.0,
                                        .filter = {.group = -1}});
         if (i > 0) {
@@ -231,7 +233,7 @@ std::vector<FreeScene> energyScenes() {
             const BodyId link = scene.add({.name = "link " + std::to_string(i),
                                            .shapes = {capsule(0.1, 0.4)},
                                            .position = {i + 0.5, 0, 0},
-                                           .rotation = Quatd::FromTwoVectors(Vec3d::UnitY(), Vec3d::UnitX()),
+                                           .rotation = turnBetween<double>(Vec3d::UnitY(), Vec3d::UnitX()),
                                            .mass = 1,
                                            .filter = {.group = -1}});
             scene.add("joint " + std::to_string(i), BallDef{.a = last, .b = link, .anchor = Vec3d(i, 0, 0)});

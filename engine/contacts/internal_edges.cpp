@@ -1,5 +1,7 @@
 #include "engine/contacts/internal_edges.hpp"
 
+#include "base/so3.hpp"
+
 #include <algorithm>
 #include <numbers>
 
@@ -193,7 +195,7 @@ private:
             return false;
         }
         const double slack = planeSlack(edge.pair->body.body->kind->radius);
-        const Quatd upright = Quatd::FromTwoVectors(plane.normal, Vec3d::UnitY());
+        const Quatd upright = turnBetween<double>(plane.normal, Vec3d::UnitY());
         const std::span<const Shape> shapes = edge.pair->ground.body->kind->def.shapes;
         const Aabb box = bounds(shapes.subspan(edge.ground, 1), Posed{Vec3d::Zero(), upright} * edge.bodyFromGround);
         return box.max.y() <= plane.normal.dot(plane.onGround(0)) + slack;

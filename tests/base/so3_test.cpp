@@ -199,5 +199,28 @@ TYPED_TEST(So3, completeBasisIsOrthonormalAndRightHanded) {
     }
 }
 
+TYPED_TEST(So3, turnBetweenIsTheShortest) {
+    using S = TypeParam;
+    std::mt19937 random(8);
+    std::normal_distribution<double> normal;
+    const auto draw = [&] { return Vec3d(normal(random), normal(random), normal(random)).normalized(); };
+    for (int k = 0; k < 100; ++k) {
+        const Vec3d from = draw();
+        const Vec3d aside = 3.0 * draw();
+        // From the same direction to the opposite one.
+        for (const double share : {0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0}) {
+            for (const double sense : {1.0, -1.0}) {
+                const Vec3<S> a = from.cast<S>();
+                const Vec3<S> b = (sense * from + share * aside).cast<S>();
+                const Quat<S> turn = turnBetween<S>(a, b);
+                const double angle = std::atan2(static_cast<double>(a.cross(b).norm()), static_cast<double>(a.dot(b)));
+                EXPECT_NEAR(static_cast<double>(turn.norm()), 1, 6 * this->epsilon);
+                EXPECT_LT(static_cast<double>((turn * a - b.normalized()).norm()), 20 * this->epsilon);
+                EXPECT_NEAR(static_cast<double>(turn.angularDistance(Quat<S>::Identity())), angle, 20 * this->epsilon);
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace cairn

@@ -234,7 +234,7 @@ struct Chain {
         for (int i = 0; i < count; ++i) {
             links.push_back(world.add({.shapes = {capsule(0.1, 0.4)},
                                        .position = (i + 0.5) * direction,
-                                       .rotation = Quatd::FromTwoVectors(Vec3d::UnitY(), direction),
+                                       .rotation = turnBetween<double>(Vec3d::UnitY(), direction),
                                        .mass = i + 1 == count ? ratio : 1,
                                        .filter = {.group = -1}}));
             world.add(BallDef{.a = last, .b = links.back(), .anchor = i * direction});

@@ -156,7 +156,7 @@ TEST(InternalEdges, WhatRollsKeepsItsSpeed) {
                 const Vec3d w = Vec3d::UnitY().cross(v) / radius;
                 const BodyId roller = world.add({.shapes = {withMaterial(shape, 0.6)},
                                                  .position = Vec3d(0, radius, 0.01),
-                                                 .rotation = Quatd::FromTwoVectors(Vec3d::UnitY(), w),
+                                                 .rotation = turnBetween<double>(Vec3d::UnitY(), w),
                                                  .linearVelocity = v,
                                                  .angularVelocity = w});
                 double worst = 0;
