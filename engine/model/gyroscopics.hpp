@@ -62,6 +62,11 @@ FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
     if (h * w.norm() <= maxTurn && midpointEnd(inertia, w, h, next)) {
         return {S(0.5) * (w + next), next};
     }
+    // The spin of a ball, and about a principal axis, stands however fast it is.
+    const Vec3<S> p = inertia * w;
+    if (w.cross(p).norm() <= S(4) * Eigen::NumTraits<S>::epsilon() * w.norm() * p.norm()) {
+        return {w1, w1};
+    }
     Quat<S> turn = Quat<S>::Identity();
     S angle = 0;  // rad, turned through so far
     S left = h;
