@@ -133,7 +133,7 @@ TuneTruth findTruth(const Scene& scene, const TuneRequest& request) {
     Path before;
     for (int divisor = firstDivisor; divisor <= maxDivisor; divisor *= 2) {
         const std::unique_ptr<Simulation> simulation = settle(scene, request.at, Precision::Double, true);
-        simulation->setSolver({.name = "direct"});
+        simulation->setSolver(DirectDef{});
         simulation->setAccuracy({});
         truth.flags = 0;
         Path path;

@@ -1,5 +1,6 @@
 // What the solvers conserve (theory sections 3.4, 7.2), and what hangs and stands, as the studies measure it.
 #include "command/studies/studies.hpp"
+#include "engine/model/solver_numbers.hpp"
 
 #include <gtest/gtest.h>
 
