@@ -17,7 +17,8 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
                 COMMAND ${CMAKE_COMMAND} -DFILE=${CMAKE_CURRENT_SOURCE_DIR}/${file} -DHEADER=${folder}/${header}
                     -DNAME=cairn::${namespace}::${name} -DOUTPUT=${output} -P ${script}
                 DEPENDS ${file} ${script} COMMENT "Embedding ${folder}/${file}" VERBATIM)
-            set_source_files_properties(${output} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+            set_source_files_properties(${output} PROPERTIES SKIP_PRECOMPILE_HEADERS ON
+                SKIP_UNITY_BUILD_INCLUSION ON)
             target_sources(${target} PRIVATE ${output})
         endforeach()
     endfunction()

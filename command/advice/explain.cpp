@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace cairn {
 
@@ -87,12 +86,6 @@ const char* name(GyroscopicRule rule) {
             return "Runge-Kutta";
     }
     return "";
-}
-
-std::string brief(double x) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", x);
-    return text;
 }
 
 // "1 contact", "2 contacts"

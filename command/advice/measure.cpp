@@ -1,5 +1,6 @@
 #include "command/advice/measure.hpp"
 
+#include <cstdio>
 #include <ctime>
 
 namespace cairn {
@@ -11,6 +12,12 @@ double cpuSeconds() {
     }
 #endif
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+std::string brief(double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", x);
+    return text;
 }
 
 Scene withoutBudget(Scene scene) {

@@ -7,6 +7,9 @@ namespace cairn {
 // s of processor time of this process, all its threads together: what other programs take from the cores is not in it.
 double cpuSeconds();
 
+// x to three digits, for words.
+std::string brief(double x);
+
 // The scene, but that no clock chooses what is done.
 Scene withoutBudget(Scene scene);
 

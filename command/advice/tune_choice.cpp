@@ -1,10 +1,10 @@
 // Of what was measured: the front, the choice, and what to say about it.
+#include "command/advice/measure.hpp"
 #include "command/advice/tune.hpp"
 #include "engine/model/solver_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace cairn {
 
@@ -12,12 +12,6 @@ namespace {
 
 // Costs that differ by less are the same.
 constexpr double sameCost = 1.1;
-
-std::string brief(double x) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", x);
-    return text;
-}
 
 }  // namespace
 

@@ -3,18 +3,11 @@
 #include "engine/model/solver_numbers.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <set>
 
 namespace cairn {
 
 namespace {
-
-std::string brief(double x) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", x);
-    return text;
-}
 
 // Settings in the order in which they are measured, each but once.
 class Grid {

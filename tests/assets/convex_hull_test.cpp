@@ -195,7 +195,7 @@ TEST(ConvexHull, SimplifiedStaysInsideAndClose) {
     EXPECT_EQ(convexHull(cubeCorners(), 8).hull->vertices.size(), 8U);
 }
 
-std::string errorOf(const std::vector<Vec3d>& points, int maxVertices = 0) {
+std::string refusalOf(const std::vector<Vec3d>& points, int maxVertices = 0) {
     try {
         convexHull(points, maxVertices);
     } catch (const InputError& error) {
@@ -214,26 +214,26 @@ TEST(ConvexHull, PointsWithoutVolumeAreRefused) {
         plane.push_back(turn * Vec3d(p.x(), p.y(), 0) + Vec3d(1, 2, 3));
         line.push_back(turn * Vec3d(p.x(), 0, 0) + Vec3d(1, 2, 3));
     }
-    EXPECT_NE(errorOf(plane).find("in one plane"), std::string::npos) << errorOf(plane);
-    EXPECT_NE(errorOf(line).find("on one line"), std::string::npos) << errorOf(line);
-    EXPECT_NE(errorOf(std::vector<Vec3d>(9, Vec3d(1, 2, 3))).find("further apart"), std::string::npos);
-    EXPECT_NE(errorOf({}).find("at least four"), std::string::npos);
-    EXPECT_NE(errorOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}).find("at least four"), std::string::npos);
+    EXPECT_NE(refusalOf(plane).find("in one plane"), std::string::npos) << refusalOf(plane);
+    EXPECT_NE(refusalOf(line).find("on one line"), std::string::npos) << refusalOf(line);
+    EXPECT_NE(refusalOf(std::vector<Vec3d>(9, Vec3d(1, 2, 3))).find("further apart"), std::string::npos);
+    EXPECT_NE(refusalOf({}).find("at least four"), std::string::npos);
+    EXPECT_NE(refusalOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}).find("at least four"), std::string::npos);
     std::vector<Vec3d> thin = cubeCorners();
     for (Vec3d& p : thin) {
         p.y() *= 1e-5;
     }
-    EXPECT_NE(errorOf(thin).find("flat"), std::string::npos) << errorOf(thin);
+    EXPECT_NE(refusalOf(thin).find("flat"), std::string::npos) << refusalOf(thin);
 }
 
 TEST(ConvexHull, BadNumbersAreRefused) {
     for (const double bad : {std::nan(""), unlimited, 1e300}) {
         std::vector<Vec3d> points = cubeCorners();
         points[5].y() = bad;
-        EXPECT_NE(errorOf(points).find("points[5]"), std::string::npos) << errorOf(points);
+        EXPECT_NE(refusalOf(points).find("points[5]"), std::string::npos) << refusalOf(points);
     }
-    EXPECT_NE(errorOf(cubeCorners(), 3).find("maxVertices = 3: give 0"), std::string::npos);
-    EXPECT_NE(errorOf(cubeCorners(), -1).find("maxVertices = -1"), std::string::npos);
+    EXPECT_NE(refusalOf(cubeCorners(), 3).find("maxVertices = 3: give 0"), std::string::npos);
+    EXPECT_NE(refusalOf(cubeCorners(), -1).find("maxVertices = -1"), std::string::npos);
 }
 
 }  // namespace
