@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
         std::string words = error.what();
         if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
             std::vector<std::string> names;
+            names.reserve(commands.size());
             for (const auto& entry : commands) {
                 names.push_back(entry.first->get_name());
             }

@@ -86,6 +86,7 @@ Overlay parseOverlay(const std::vector<std::string>& words) {
         const auto found = known.find(word);
         if (found == known.end()) {
             std::vector<std::string> names;
+            names.reserve(known.size());
             for (const auto& entry : known) {
                 names.push_back(entry.first);
             }

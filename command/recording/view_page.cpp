@@ -27,7 +27,8 @@ Json numbers(const Vector& v) {
 }
 
 Json colourJson(const Colour& colour) {
-    return {shortened(srgbToLinear(colour.r)), shortened(srgbToLinear(colour.g)), shortened(srgbToLinear(colour.b))};
+    const auto linear = [](float part) { return shortened(static_cast<double>(srgbToLinear(part))); };
+    return {linear(colour.r), linear(colour.g), linear(colour.b)};
 }
 
 // Each index as its distance from the one before: neighbours in a mesh are mostly near in number.

@@ -296,8 +296,9 @@ std::string svg(const Figure& figure) {
     const double legendLeft = figure.narrow ? marginLeft : columns * cellWidth + 6;
     const double legendTop = figure.narrow ? panelsEnd : head + marginTop;
     for (std::size_t k = 0; k < labels.size(); ++k) {
+        const std::size_t row = k / legendColumns;
         const double left = legendLeft + 150 * static_cast<double>(k % legendColumns);
-        const double y = legendTop + 10 + 20 * static_cast<double>(k / legendColumns);
+        const double y = legendTop + 10 + 20 * static_cast<double>(row);
         const Look look = lookOf(k);
         if (kinds[k] == SeriesKind::Marks) {
             out += mark(left + 13, y, look, 5.5);

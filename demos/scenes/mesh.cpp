@@ -39,7 +39,7 @@ Scene makeMesh(const SceneParameters& parameters) {
     for (int i = 0; i < n; ++i) {
         const double x = 1.8 * (i % side - 0.5 * (side - 1));
         const double z = 1.8 * ((i / side) % side - 0.5 * (side - 1));
-        const double layer = i / (side * side);
+        const int layer = i / (side * side);
         BodyDef body{.position = Vec3d(x, terrain(x, z, ripple) + 1.2 + 1.4 * layer, z), .rotation = random.rotation()};
         switch (i % 5) {
             case 0:

@@ -53,10 +53,12 @@ Scene makePile(const SceneParameters& parameters) {
         body.shapes[0].material.friction = 0.5;
         body.shapes[0].material.density = 500;
         const int column = i % (side * side);
+        const int row = column / side;
+        const int layer = i / (side * side);
         const double x = column % side - 0.5 * (side - 1);
-        const double z = column / side - 0.5 * (side - 1);
-        body.position = spacing * Vec3d(x, i / (side * side) + 0.6, z) +
-                        Vec3d(random.uniform(-0.1, 0.1), 0, random.uniform(-0.1, 0.1));
+        const double z = row - 0.5 * (side - 1);
+        body.position =
+            spacing * Vec3d(x, layer + 0.6, z) + Vec3d(random.uniform(-0.1, 0.1), 0, random.uniform(-0.1, 0.1));
         body.rotation = random.rotation();
         scene.add(std::move(body));
     }

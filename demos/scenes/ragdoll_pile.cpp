@@ -25,7 +25,8 @@ Scene makeRagdollPile(const SceneParameters& parameters) {
         // Two columns of falling dolls, each turned differently, 2.2 m apart in height: more than a doll is long.
         const Quatd pose =
             turned(random.uniform(-pi, pi), Vec3d::UnitY()) * turned(random.uniform(0.3, 1.2), Vec3d::UnitX());
-        const Vec3d middle(random.uniform(-1.1, -0.2), 4 + 2.2 * (i / 2), (i % 2 == 0 ? -1.2 : 1.2));
+        const int layer = i / 2;
+        const Vec3d middle(random.uniform(-1.1, -0.2), 4 + 2.2 * layer, (i % 2 == 0 ? -1.2 : 1.2));
         addRagdoll(scene, numbered("doll", i) + " ", {middle - pose * Vec3d(0, 0.9, 0), pose});
     }
     scene.view = {Vec3d(6.5, 5, 8), Vec3d(0.2, 1.9, 0), 45};

@@ -98,8 +98,9 @@ void addBodies(Scene& scene, int n, const Vec3d& middle, int columns, int rows) 
     for (int i = 0; i < n; ++i) {
         BodyDef body = mixedBody(random, i);
         const int place = i % (columns * rows);
-        body.position = middle + spacing * Vec3d(place % columns - 0.5 * (columns - 1), i / (columns * rows),
-                                                 place / columns - 0.5 * (rows - 1));
+        const int row = place / columns;
+        const int layer = i / (columns * rows);
+        body.position = middle + spacing * Vec3d(place % columns - 0.5 * (columns - 1), layer, row - 0.5 * (rows - 1));
         scene.add(std::move(body));
     }
 }

@@ -99,6 +99,7 @@ Shape standingRock(SceneRandom& random, double halfHeight) {
 Shape looseRock(SceneRandom& random, double radius) {
     std::vector<Vec3d> points;
     const int count = random.whole(12, 24);
+    points.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) {
         points.push_back(radius * random.uniform(0.85, 1.15) * random.direction());
     }

@@ -25,8 +25,9 @@ Scene makeRolling(const SceneParameters& parameters) {
                                   .position = Vec3d(0, half.y(), 0),
                                   .mass = 10});
     for (int i = 0; i < side * side; ++i) {
+        const int row = i / side;
         const double x = i % side - 0.5 * (side - 1);
-        const double z = i / side - 0.5 * (side - 1);
+        const double z = row - 0.5 * (side - 1);
         scene.add({.name = numbered("ball", i),
                    .shapes = {withFriction(sphere(radius), onBox)},
                    .position = Vec3d(spacing * x, 2 * half.y() + radius, spacing * z),
@@ -51,10 +52,11 @@ Scene makeBouncing(const SceneParameters& parameters) {
     scene.seconds = 20;
     addFloor(scene, 0, e);
     for (int i = 0; i < side * side; ++i) {
+        const int row = i / side;
         scene.add({.name = numbered("ball", i),
                    .shapes = {withMaterial(sphere(radius), 0, e)},
-                   .position = Vec3d(i % side - 0.5 * (side - 1), parameters.number("height") + radius,
-                                     i / side - 0.5 * (side - 1)),
+                   .position =
+                       Vec3d(i % side - 0.5 * (side - 1), parameters.number("height") + radius, row - 0.5 * (side - 1)),
                    .mass = 10});
     }
     scene.view = {Vec3d(6, 5, 12), Vec3d(0, 2.5, 0), 40};
@@ -74,7 +76,9 @@ Scene make666(const SceneParameters& parameters) {
     SceneRandom random(42);
     for (int i = 0; i < side * side * side; ++i) {
         const int column = i % (side * side);
-        const Vec3d place = spacing * Vec3d(column % side, i / (side * side), column / side);
+        const int row = column / side;
+        const int layer = i / (side * side);
+        const Vec3d place = spacing * Vec3d(column % side, layer, row);
         const Vec3d off(random.uniform(0, perturbation), 0, random.uniform(0, perturbation));
         scene.add({.name = numbered("ball", i),
                    .shapes = {withFriction(sphere(radius), 0)},

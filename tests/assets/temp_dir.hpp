@@ -20,7 +20,7 @@ protected:
     void TearDown() override { std::filesystem::remove_all(dir_); }
 
     std::filesystem::path write(const std::string& name, const std::string& content) const {
-        const std::filesystem::path file = dir_ / name;
+        std::filesystem::path file = dir_ / name;
         std::ofstream(file, std::ios::binary) << content;
         return file;
     }

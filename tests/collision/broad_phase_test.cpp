@@ -189,7 +189,9 @@ TEST(BroadPhase, FewAreAskedAgain) {
     std::vector<Vec3d> at;
     const auto tight = [&](std::size_t i) { return Aabb{at[i].array() - 0.5, at[i].array() + 0.5}; };
     for (int i = 0; i < 1000; ++i) {
-        at.emplace_back(1.02 * (i % 10), 1.02 * (i / 10 % 10), 1.02 * (i / 100));
+        const int row = i / 10 % 10;
+        const int layer = i / 100;
+        at.emplace_back(1.02 * (i % 10), 1.02 * row, 1.02 * layer);
         broad.add(static_cast<ProxyId>(i), tight(static_cast<std::size_t>(i)), false);
     }
     broad.update();

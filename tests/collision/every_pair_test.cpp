@@ -54,7 +54,8 @@ MinOverlap smallest(const Shape& a, const Shape& b, const Posed& pose, int sweep
     return isConvex(a.kind) ? truth::minOverlap(a, b, pose, sweep) : MinOverlap{planeOverlap(b, pose), Vec3d::UnitY()};
 }
 
-enum Sort { Touching, Margin, Shallow, Deep, Square, sorts };
+enum Sort { Touching, Margin, Shallow, Deep, Square };
+constexpr int sorts = Square + 1;
 constexpr std::array<const char*, sorts> sortNames{"touching", "margin", "shallow", "deep", "square"};
 
 Quatd squareTurn(std::mt19937& random) {
@@ -233,7 +234,9 @@ bool surelyOverlap(const Shape& a, const Shape& b, const Posed& pose) {
     }
     for (int i = 0; i < 26; ++i) {
         const int k = i < 13 ? i : i + 1;  // without the middle
-        const Vec3d d(k % 3 - 1 + 1e-3, k / 3 % 3 - 1 + 2e-3, k / 9 - 1 + 3e-3);
+        const int row = k / 3 % 3 - 1;
+        const int layer = k / 9 - 1;
+        const Vec3d d(k % 3 - 1 + 1e-3, row + 2e-3, layer + 3e-3);
         if (truth::level(a, pose * truth::support(b, d)) < -2e-3 ||
             truth::level(b, back * truth::support(a, d)) < -2e-3) {
             return true;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace cairn {
 namespace {
 
@@ -152,10 +154,12 @@ TEST(HeightField, AHoleLetsThrough) {
 }
 
 TEST(HeightField, RefusesNonsense) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(heightField(1, 5, {0, 0, 0, 0, 0}, 1), InputError);
     EXPECT_THROW(heightField(2, 2, {0, 0, 0}, 1), InputError);
-    EXPECT_THROW(heightField(2, 2, {0, 0, 0, INFINITY}, 1), InputError);
-    EXPECT_THROW(heightField(2, 2, {0, NAN, NAN, 0}, 1), InputError);
+    EXPECT_THROW(heightField(2, 2, {0, 0, 0, infinity}, 1), InputError);
+    EXPECT_THROW(heightField(2, 2, {0, nan, nan, 0}, 1), InputError);
     EXPECT_THROW(heightField(2, 2, {0, 0, 0, 0}, 0), InputError);
     const Shape field = heightField(2, 2, {0, 0, 0, 0}, 1);
     EXPECT_THROW(massProperties({&field, 1}), InputError);

@@ -76,9 +76,10 @@ TEST(Explain, WithoutAFeatureASceneCostsAsOneThatNeverHadIt) {
         scene.add(
             {.name = "floor", .type = BodyType::Static, .shapes = {solid(box({20, 1, 20}))}, .position = {0, -1, 0}});
         for (int k = 0; k < 6; ++k) {
+            const int column = k / 2;
             scene.add({.name = "crate " + std::to_string(k),
                        .shapes = {solid(box({0.5, 0.25, 0.4}))},
-                       .position = {3.0 * (k / 2) - 6, 0.25 + 0.6 * (k % 2), 0},
+                       .position = {3.0 * column - 6, 0.25 + 0.6 * (k % 2), 0},
                        .linearVelocity = {k == 5 ? 30.0 : 0.0, 0, 0},
                        .mass = 1.0 + k,
                        .continuous = rule});

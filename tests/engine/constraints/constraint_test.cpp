@@ -234,11 +234,10 @@ TEST(Springs, SagAndDecayAsStiffnessAndDampingSay) {
             Worldd world({.solver = solver, .sleep = {.enabled = false}});
             const BodyId hook = world.add({.type = BodyType::Static});
             const BodyId bob = world.add({.position = Vec3d(0, -1, 0), .mass = m, .inertia = Vec3d::Constant(0.1)});
-            const Vec3d anchor(0, rest < 0 ? -1 : 0, 0);
             world.add(SpringDef{.a = hook,
                                 .b = bob,
                                 .anchorA = Vec3d::Zero(),
-                                .anchorB = rest < 0 ? Vec3d(0, -1, 0) : Vec3d(0, -1, 0),
+                                .anchorB = Vec3d(0, -1, 0),
                                 .restLength = rest,
                                 .softness = {.compliance = 1 / k, .damping = c}});
             const double length = rest < 0 ? 1 : rest;

@@ -40,9 +40,10 @@ void addGround(Worldd& world, Ground kind, double friction) {
     std::vector<Shape> shapes;  // in the world
     const auto tiles = [&](int count, const Shape& tile) {
         for (int i = 0; i < count * count; ++i) {
+            const int row = i / count;
             shapes.push_back(tile);
             shapes.back().pose.position +=
-                middle + 20.0 / count * Vec3d(i % count - 0.5 * (count - 1), 0, i / count - 0.5 * (count - 1));
+                middle + 20.0 / count * Vec3d(i % count - 0.5 * (count - 1), 0, row - 0.5 * (count - 1));
         }
     };
     const auto slab = [](double half) {
@@ -273,9 +274,10 @@ TEST(InternalEdges, TilesMayBeTakenAway) {
     Worldd world;
     std::vector<BodyId> tiles;
     for (int i = 0; i < 9; ++i) {
+        const int row = i / 3;
         tiles.push_back(world.add({.type = BodyType::Static,
                                    .shapes = {box({0.2, 0.5, 0.2})},
-                                   .position = Vec3d(0.4 * (i % 3 - 1), -0.5, 0.4 * (i / 3 - 1))}));
+                                   .position = Vec3d(0.4 * (i % 3 - 1), -0.5, 0.4 * (row - 1))}));
     }
     const BodyId crate = world.add({.shapes = {box({0.5, 0.2, 0.5})}, .position = Vec3d(0, 0.2, 0)});
     run(world, 1);

@@ -59,7 +59,8 @@ TEST(Allocations, AGridThatRestsAsksForNone) {
     Worldd world({.sleep = {.enabled = false}});
     addFloor(world);
     for (int i = 0; i < 400; ++i) {
-        addBox(world, Vec3d(2 * (i % 20), 0.5, 2 * (i / 20)));
+        const int row = i / 20;
+        addBox(world, Vec3d(2 * (i % 20), 0.5, 2 * row));
     }
     EXPECT_EQ(allocationsOf(world, 60), 0);
     EXPECT_EQ(world.report().counts.settledIslands, 400);

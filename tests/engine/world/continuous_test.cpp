@@ -19,8 +19,9 @@ BodyId addWall(Worldd& world, Wall kind) {
             break;
         case Wall::Tiles:
             for (int i = 0; i < 16; ++i) {
+                const int row = i / 4;
                 Shape tile = box({half.x(), 1, 1});
-                tile.pose.position = Vec3d(0, 2 * (i % 4) - 3, 2 * (i / 4) - 3);
+                tile.pose.position = Vec3d(0, 2 * (i % 4) - 3, 2 * row - 3);
                 def.shapes.push_back(tile);
             }
             break;
@@ -200,7 +201,8 @@ TEST(Continuous, NothingIsPaidWhereNothingIsFast) {
     Worldd world;
     addFloor(world);
     for (int i = 0; i < 20; ++i) {
-        addBox(world, Vec3d(1.1 * (i % 5), 0.5 + 1.05 * (i / 5), 0));
+        const int layer = i / 5;
+        addBox(world, Vec3d(1.1 * (i % 5), 0.5 + 1.05 * layer, 0));
     }
     for (int i = 0; i < 60; ++i) {
         EXPECT_EQ(world.step(1.0 / 60).counts.ccdBodies, 0);

@@ -37,10 +37,12 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
                                                                   {"cylinder", cylinder(0.25, 0.2)},
                                                                   {"cone", cone(0.3, 0.25)}}};
     for (const bool particlesFirst : {true, false}) {
-        for (const auto& [name, shape] : shapes) {
+        for (const auto& entry : shapes) {
+            const std::string name = entry.first;
+            const Shape& shape = entry.second;
             forEachSolver([&](const SolverDef& solver) {
                 // All shapes by one solver, all others with one shape.
-                if (solverName(solver) != "gauss_seidel" && std::string(name) != "sphere") {
+                if (solverName(solver) != "gauss_seidel" && name != "sphere") {
                     return;
                 }
                 for (const bool soft : {false, true}) {
@@ -82,7 +84,7 @@ TYPED_TEST(Deformables, TwoWayCouplingKeepsMomentum) {
                     expectBelow(what + "momentum", (after.momentum - before.momentum).norm(), isFloat ? 5e-5 : 2e-13);
                     // Nearly exact for a ball under `direct`, which projects little away. Else the turn of
                     // what is no ball, or a push at arms of the sub-step's start, is wrong by a share of the sub-step.
-                    const bool exact = soft && std::string(name) == "sphere" && solverName(solver) == "direct";
+                    const bool exact = soft && name == "sphere" && solverName(solver) == "direct";
                     expectBelow(what + "angular momentum", (after.angularMomentum - before.angularMomentum).norm(),
                                 exact ? 4e-5 : 0.008);
                 }

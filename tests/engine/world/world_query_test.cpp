@@ -18,7 +18,8 @@ struct Heap {
         ids.push_back(addFloor(world));
         std::vector<double> heights;
         for (int i = 0; i < 100; ++i) {
-            heights.push_back(0.3 * std::sin(0.7 * (i % 10)) * std::cos(0.5 * (i / 10)));
+            const int row = i / 10;
+            heights.push_back(0.3 * std::sin(0.7 * (i % 10)) * std::cos(0.5 * row));
         }
         ids.push_back(world.add({.type = BodyType::Static,
                                  .shapes = {heightField(10, 10, heights, 0.5)},
