@@ -1,2 +1,37 @@
 # The cases that are too slow for `scripts/test.sh --fast`, by test program, as filters of GoogleTest.
 # Written by scripts/slow_tests.py from what they took; all others are fast.
+set(CAIRN_SLOW_assets
+    SceneSchema.WhatItRefusesTheLoaderRefuses)
+set(CAIRN_SLOW_collision
+    InternalEdges.WhatSlidesIsPushedUpOnly
+    Kinds/EveryPair.AgreesWithASearchOverDirections/*
+    Kinds/EveryPair.AnswersAnyPose/*
+    TimeOfImpact.NothingPassesAThinWall)
+set(CAIRN_SLOW_command
+    Command.StudyWritesTablesFiguresAndJson
+    Command.TuneKilledGoesOn)
+set(CAIRN_SLOW_demos
+    Scenes/Rooms.NothingIsLostOrStuck/*
+    Scenes/StepTruth.DepthIsThatOfThePosesAtTheEndOfTheStep/*
+    Scenes/StepTruth.MomentumIsWhatTheImpulsesSay/*)
+set(CAIRN_SLOW_engine
+    Agreement.ManyStepsConvergeWithFirstOrder
+    Conservation/*.OfJointedBodiesInFreeFlight
+    Continuous.NothingPassesAMesh
+    Continuous.NothingPassesAMovingWall
+    Continuous.NothingPassesAWall
+    Continuous.NothingPassesTiles
+    Deformable.ClothRestsOnABall
+    Deformable.GainsNoEnergy
+    Deformables/*.TwoWayCouplingKeepsMomentum
+    Determinism/*.SameBitsForEveryRunAndThreadCount
+    Forecast.SweepsOfTwoHundredScenes
+    Springs.SagAndDecayAsStiffnessAndDampingSay)
+set(CAIRN_SLOW_golden
+    Scenes/Golden.LooksAsBefore/*)
+set(CAIRN_SLOW_render
+    CompareImages.forgivesAFractionOfAPixel
+    CompareImages.seesASmallBodyMoveByHalfItsSize)
+set(CAIRN_SLOW_studies
+    ConvergenceTest.HeavyEnds
+    Solvers/DivergingChains.RaiseAFlag/*)
