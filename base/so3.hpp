@@ -105,9 +105,12 @@ Quat<S> turnBetween(const Vec3<S>& from, const Vec3<S>& to) {
     const Vec3<S> b = to.normalized();
     const S c = b.dot(a);
     if (c < S(-0.5)) {
-        // Half a turn about an axis across a, and on from -a, where 1 + c has all its digits.
-        const Vec3<S> across = a.unitOrthogonal();
-        return turnBetween<S>(-a, b) * Quat<S>(S(0), across.x(), across.y(), across.z());
+        // By a + b, which has all its digits where they are nearly opposite, and 1 + c has none.
+        const Vec3<S> sum = a + b;
+        const Vec3<S> across = a.cross(sum);
+        const Vec3<S> axis = across.isZero(S(0)) ? a.unitOrthogonal() : Vec3<S>(across.normalized());
+        const Vec3<S> v = S(0.5) * (b - a).norm() * axis;
+        return Quat<S>(S(0.5) * sum.norm(), v.x(), v.y(), v.z());
     }
     const S s = std::sqrt((S(1) + c) * S(2));
     const Vec3<S> v = a.cross(b) * (S(1) / s);
