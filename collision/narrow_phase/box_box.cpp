@@ -104,7 +104,7 @@ bool faceManifold(const Convex& a, const Convex& b, const FaceAxes& faces, doubl
         if (!scratch.candidates.empty() &&
             (best <= 0 ||
              std::ranges::any_of(scratch.candidates, [&](const Candidate& c) { return c.separation <= limit; }))) {
-            fillManifold(scratch, scratch.face.normal, takeB ? 1 : 0, out);
+            fillManifold(scratch, leastSeparation(scratch.candidates), scratch.face.normal, takeB ? 1 : 0, out);
             return true;
         }
     }

@@ -316,7 +316,7 @@ bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, doubl
     if (scratch.candidates.empty()) {
         return false;
     }
-    fillManifold(scratch, normal, 0, out);
+    fillManifold(scratch, leastSeparation(scratch.candidates), normal, 0, out);
     return true;
 }
 

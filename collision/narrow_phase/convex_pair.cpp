@@ -221,11 +221,7 @@ bool convexPair(const Convex& a, const Convex& b, double margin, Scratch& scratc
         if (scratch.candidates.empty()) {
             continue;
         }
-        double lowest = 1e300;
-        for (const Candidate& c : scratch.candidates) {
-            lowest = std::min(lowest, c.separation);
-        }
-        if (lowest > -depth + slack + 0.05 * std::abs(depth)) {
+        if (leastSeparation(scratch.candidates) > -depth + slack + 0.05 * std::abs(depth)) {
             // The deepest place lies beside the face, or on a rounding that the outline cuts off.
             if (std::abs(n.dot(outward)) < 0.99) {
                 continue;  // as deep as the face by chance only
@@ -238,7 +234,7 @@ bool convexPair(const Convex& a, const Convex& b, double margin, Scratch& scratc
                 scratch.candidates.push_back({inner, outer, outward.dot(outer - inner), p.feature});
             }
         }
-        fillManifold(scratch, outward, takeB ? 1 : 0, out);
+        fillManifold(scratch, leastSeparation(scratch.candidates), outward, takeB ? 1 : 0, out);
         if (out.count > 1) {
             ++counts.completed;
         }

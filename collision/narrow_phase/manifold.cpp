@@ -1,6 +1,7 @@
 #include "collision/narrow_phase/manifold.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace cairn {
 namespace {
@@ -196,18 +197,13 @@ void clipToFace(Scratch& scratch, double radius, double margin) {
 
 namespace {
 
-// Puts the deepest candidate in the place of the chosen one nearest to it, unless one of them is as deep: how deep two
-// shapes are must not hang on which points spread best, nor on how far the margin reaches.
-void keepDeepest(const std::vector<Candidate>& candidates, std::span<int> chosen) {
+// Puts the deepest candidate in the place of the chosen one nearest to it, unless one of them is as deep.
+void keepDeepest(const std::vector<Candidate>& candidates, int deepest, double slack, std::span<int> chosen) {
     const auto at = [&](int i) -> const Candidate& { return candidates[static_cast<std::size_t>(i)]; };
-    int deepest = 0;
-    for (int i = 1; i < static_cast<int>(candidates.size()); ++i) {
-        deepest = at(i).separation < at(deepest).separation ? i : deepest;
-    }
     int* place = nullptr;
     double nearest = 1e300;
     for (int& i : chosen) {
-        if (at(i).separation <= at(deepest).separation + sameDepth) {
+        if (at(i).separation <= at(deepest).separation + slack) {
             return;
         }
         const double distance = (at(i).inner - at(deepest).inner).norm();
@@ -260,6 +256,7 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
         }
         return best;
     };
+    const int deepest = highest([&](int i) { return -at(i).separation; });
     int used = 0;
     const auto nearestTaken = [&](int i) {
         double nearest = 1e300;
@@ -286,7 +283,7 @@ int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tang
         }
         chosen[static_cast<std::size_t>(used++)] = best;
     }
-    keepDeepest(candidates, std::span(chosen).first(static_cast<std::size_t>(used)));
+    keepDeepest(candidates, deepest, slack, std::span(chosen).first(static_cast<std::size_t>(used)));
     return used;
 }
 
@@ -302,12 +299,21 @@ int spreadPoints(std::span<const ContactPoint> points, const Vec3d& normal, std:
     return reduceCandidates(candidates, tangent, normal.cross(tangent), chosen);
 }
 
-void fillManifold(const Scratch& scratch, const Vec3d& outward, int side, WorkManifold& out) {
+double leastSeparation(const std::vector<Candidate>& candidates) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Candidate& c : candidates) {
+        least = std::min(least, c.separation);
+    }
+    return least;
+}
+
+void fillManifold(const Scratch& scratch, double least, const Vec3d& outward, int side, WorkManifold& out) {
     std::array<int, 4> chosen{};
     out.count = reduceCandidates(scratch.candidates, scratch.face.tangent1, scratch.face.tangent2, chosen);
     out.isReduced = out.count < static_cast<int>(scratch.candidates.size());
     out.normal = side == 0 ? outward : Vec3d(-outward);
     out.reference = static_cast<std::int8_t>(side);
+    double kept = std::numeric_limits<double>::infinity();
     for (int k = 0; k < out.count; ++k) {
         const Candidate& c = scratch.candidates[static_cast<std::size_t>(chosen[static_cast<std::size_t>(k)])];
         ContactPoint& p = out.points[static_cast<std::size_t>(k)];
@@ -315,7 +321,9 @@ void fillManifold(const Scratch& scratch, const Vec3d& outward, int side, WorkMa
         p.onB = side == 0 ? c.outer : c.inner;
         p.separation = c.separation;
         p.feature = mixIds(c.feature, static_cast<std::uint64_t>(side) << 32 | scratch.face.id);
+        kept = std::min(kept, c.separation);
     }
+    out.deeper = kept - least;
 }
 
 }  // namespace cairn

@@ -13,6 +13,7 @@ struct WorkManifold {
     std::array<ContactPoint, 4> points;
     std::int8_t reference = -1;  // the side that held the reference face: 0, 1; -1: none did
     bool isReduced = false;      // whether candidates were left out
+    double deeper = 0;           // as Manifold's
     std::uint32_t id = 0;
 };
 
@@ -38,9 +39,6 @@ struct Scratch {
 // Mixes two ids into one; equal inputs give equal outputs, others differ but for one in 2^64.
 std::uint64_t mixIds(std::uint64_t a, std::uint64_t b);
 
-// m: points that differ in depth by less are as deep, so that round-off alone exchanges none.
-constexpr double sameDepth = 1e-10;
-
 // Appends to scratch.candidates where scratch.incident, rounded by `radius`, is within `margin` of scratch.face.
 void clipToFace(Scratch& scratch, double radius, double margin);
 
@@ -54,7 +52,11 @@ constexpr bool isCorner(std::uint64_t feature) {
 int reduceCandidates(const std::vector<Candidate>& candidates, const Vec3d& tangent1, const Vec3d& tangent2,
                      std::array<int, 4>& chosen);
 
-// Reduces scratch.candidates into `out`. outward: the reference face's normal; side: which shape holds it (0 or 1).
-void fillManifold(const Scratch& scratch, const Vec3d& outward, int side, WorkManifold& out);
+// Reduces scratch.candidates, of which none is less than `least` (m) apart, into `out`. outward: the reference face's
+// normal; side: which shape holds it (0 or 1).
+void fillManifold(const Scratch& scratch, double least, const Vec3d& outward, int side, WorkManifold& out);
+
+// m: the least separation of the candidates.
+double leastSeparation(const std::vector<Candidate>& candidates);
 
 }  // namespace cairn

@@ -159,16 +159,14 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
     return Touch::Edge;
 }
 
-// Of candidates at one place, which neighbours both report, the deepest stays, or the first of those as deep.
+// Of candidates at one place, which neighbours both report, the first stays.
 void dropTwins(std::vector<Candidate>& candidates, double apart) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
         bool twin = false;
         for (std::size_t k = 0; k < kept && !twin; ++k) {
             twin = (candidates[k].outer - candidates[i].outer).squaredNorm() < apart * apart;
-            const double deeper = candidates[k].separation - candidates[i].separation;
-            if (twin &&
-                (deeper > sameDepth || (deeper >= -sameDepth && candidates[i].feature < candidates[k].feature))) {
+            if (twin && candidates[i].feature < candidates[k].feature) {
                 candidates[k] = candidates[i];
             }
         }
@@ -242,6 +240,7 @@ void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scr
     const std::size_t first = out.size();
     for (std::size_t c = 0; c < clusters.used; ++c) {
         Cluster& cluster = clusters.all[c];
+        const double least = leastSeparation(cluster.candidates);
         // The reduction of many takes places apart by itself.
         if (cluster.candidates.size() <= 8) {
             dropTwins(cluster.candidates, 1e-3 * scale);
@@ -250,7 +249,7 @@ void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scr
         completeBasis(cluster.normal, scratch.face.tangent1, scratch.face.tangent2);
         scratch.face.id = 0;
         WorkManifold& made = out.emplace_back();
-        fillManifold(scratch, cluster.normal, 0, made);
+        fillManifold(scratch, least, cluster.normal, 0, made);
         std::swap(scratch.candidates, cluster.candidates);
         made.id = manifoldId(cluster.normal);
         for (std::size_t i = first; i + 1 < out.size(); ++i) {

@@ -179,6 +179,7 @@ Manifold inBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t 
     made.id = m.id;
     made.reference = static_cast<std::int8_t>(pair.swapped && m.reference >= 0 ? 1 - m.reference : m.reference);
     made.isReduced = m.isReduced;
+    made.deeper = m.deeper;
     made.normal = pair.bodyAFromFirst.rotation * (pair.swapped ? Vec3d(-m.normal) : m.normal);
     made.count = m.count;
     for (int k = 0; k < m.count; ++k) {

@@ -22,6 +22,7 @@ struct Manifold {
     std::uint32_t id = 0;           // tells the manifolds of one mesh-shape pair apart; 0 for convex pairs
     std::int8_t reference = -1;     // whose face the other shape's points were clipped to: 0 A's, 1 B's, -1 none's
     bool isReduced = false;         // whether more points than these were found
+    double deeper = 0;              // m, by which the deepest of all that were found is deeper than these
     Vec3d normal = Vec3d::UnitY();  // unit, from A to B, in A's body frame
     int count = 0;                  // 1 to 4
     std::array<ContactPoint, 4> points;

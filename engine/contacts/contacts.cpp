@@ -93,6 +93,7 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
     manifold.normalInB = normalInB;
     manifold.isOnB = geometry.reference == 1;
     manifold.isReduced = geometry.isReduced;
+    manifold.deeper = static_cast<S>(geometry.deeper);
     const Shape& shapeA = a.kind->def.shapes[geometry.shapeA];
     const Shape& shapeB = b.kind->def.shapes[geometry.shapeB];
     const Material& materialA = shapeA.material;
@@ -204,6 +205,18 @@ int PairContacts<S>::pointCount() const {
         count += manifold.count;
     }
     return count;
+}
+
+template <class S>
+double PairContacts<S>::depth() const {
+    double deepest = 0;
+    for (const ContactManifold<S>& manifold : manifolds) {
+        // What is culled as a whole is no contact.
+        for (std::size_t k = 0; manifold.count > 0 && k < static_cast<std::size_t>(manifold.known); ++k) {
+            deepest = std::max(deepest, static_cast<double>(manifold.deeper - manifold.points[k].separation));
+        }
+    }
+    return deepest;
 }
 
 template <class S>

@@ -47,6 +47,7 @@ struct ContactManifold {
     S staticFriction = 0;
     S restitution = 0;
     Rare<std::array<Vec3<S>, 4>> slips;  // by point, see slip()
+    S deeper = 0;  // m, as Manifold's
     std::array<ContactPointState<S>, 4> points;
 
     // m, world axes: how far b has slipped against a at one of the points while it should have stuck. 0 but for solvers
@@ -117,6 +118,7 @@ struct PairContacts {
     bool isNew = true;  // not as it was when its island was last solved
 
     int pointCount() const;  // in force
+    double depth() const;    // m, of the deepest point that was found, in force or not; 0: they do not overlap
     std::span<const ContactManifold<S>> before() const {
         return past ? std::span<const ContactManifold<S>>(past->manifolds) : std::span<const ContactManifold<S>>();
     }

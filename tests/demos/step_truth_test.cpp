@@ -53,7 +53,8 @@ double trueDepth(const Scene& scene, const std::set<Pair>& joined, const Simulat
                     manifolds, counts);
             for (const Manifold& manifold : manifolds) {
                 for (int k = 0; k < manifold.count; ++k) {
-                    deepest = std::max(deepest, -manifold.points[static_cast<std::size_t>(k)].separation);
+                    const double separation = manifold.points[static_cast<std::size_t>(k)].separation;
+                    deepest = std::max(deepest, manifold.deeper - separation);
                 }
             }
         }
