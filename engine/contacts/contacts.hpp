@@ -47,7 +47,7 @@ struct ContactManifold {
     S staticFriction = 0;
     S restitution = 0;
     Rare<std::array<Vec3<S>, 4>> slips;  // by point, see slip()
-    S deeper = 0;  // m, as Manifold's
+    S deeper = 0;                        // m, as Manifold's
     std::array<ContactPointState<S>, 4> points;
 
     // m, world axes: how far b has slipped against a at one of the points while it should have stuck. 0 but for solvers

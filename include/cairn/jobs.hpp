@@ -11,9 +11,9 @@ class JobSystem {
 public:
     virtual ~JobSystem() = default;
     // Calls body(begin, end) on disjoint ranges that together cover [0, count), from any threads, and returns when all
-    // are done. `grain` is the smallest range worth a job. The answer must not depend on how the range was cut. A thread
-    // that waits for the others may help with ranges of this loop, but must not take up other work meanwhile: the
-    // engine keeps room by thread.
+    // are done. `grain` is the smallest range worth a job. The answer must not depend on how the range was cut. A
+    // thread that waits for the others may help with ranges of this loop, but must not take up other work meanwhile:
+    // the engine keeps room by thread.
     virtual void parallelFor(std::size_t count, std::size_t grain,
                              const std::function<void(std::size_t, std::size_t)>& body) = 0;
     virtual int threadCount() const = 0;
