@@ -34,7 +34,7 @@ struct SolverBody {
     // Where the gyroscopic rule carries momentum: N m s, by which inertia times w, the mean spin of the sub-step, falls
     // short of the angular momentum after its forces and impulses.
     Vec3<S> gyroMomentum = Vec3<S>::Zero();
-    bool gyroscopicInertia = false;    // SolverDef::gyroscopicInertia, for this body
+    bool gyroscopicInertia = false;    // as the solver was asked for, for this body
     bool holdsInertia = false;         // inertia is that of the sub-step's equation of motion until it has moved
     Vec6<S> offset = Vec6<S>::Zero();  // m and rad, what an impact within the sub-step takes from its motion
 
