@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Runs clang-tidy, with the checks of .clang-tidy, on all sources; prints findings only.
-#   scripts/check_tidy.sh [--alone] [folder or file...]    default: the folders below that exist
+# Runs clang-tidy, with the checks of .clang-tidy, on sources; prints findings only.
+#   scripts/check_tidy.sh [--alone] [folder or file...]    default: the folders below that exist, which are all but tests
 # Files of the libraries are looked at one by one, so that what leans on another file's includes is found out; those of
-# demos, command and tests several at a time (CAIRN_UNITY), which takes a fifth of the time. --alone: those one by one
+# demos and command several at a time (CAIRN_UNITY), which takes a fifth of the time. --alone: those one by one
 # too; a file that is named always is.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -14,7 +14,7 @@ fi
 build=build/tidy
 places=("$@")
 if [[ ${#places[@]} -eq 0 ]]; then
-    for folder in base collision engine assets render demos command tests bench; do
+    for folder in base collision engine assets render demos command bench; do
         if [[ -d "$folder" ]]; then
             places+=("$folder")
         fi
