@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs clang-tidy, with the checks of .clang-tidy, on sources; prints findings only.
-#   scripts/check_tidy.sh [--alone] [folder or file...]    default: the folders below that exist, which are all but tests
+#   scripts/check_tidy.sh [--alone] [folder or file...]    default: the folders below that exist, which are all but tests and bench
 # Files of the libraries are looked at one by one, so that what leans on another file's includes is found out; those of
 # demos and command several at a time (CAIRN_UNITY), which takes a fifth of the time. --alone: those one by one
 # too; a file that is named always is.
@@ -14,7 +14,7 @@ fi
 build=build/tidy
 places=("$@")
 if [[ ${#places[@]} -eq 0 ]]; then
-    for folder in base collision engine assets render demos command bench; do
+    for folder in base collision engine assets render demos command; do
         if [[ -d "$folder" ]]; then
             places+=("$folder")
         fi
