@@ -10,11 +10,14 @@ namespace cairn {
 
 template <class S>
 struct DirectMemory;
+template <class S>
+struct HybridMemory;
 
 template <class S>
 struct SolverMemory {
-    std::shared_ptr<DirectMemory<S>> direct;
-    std::vector<S> slowestMode;  // gauss_seidel, of the Jacobi iteration, by row
+    std::shared_ptr<DirectMemory<S>> direct = nullptr;
+    std::shared_ptr<HybridMemory<S>> hybrid = nullptr;
+    std::vector<S> slowestMode = {};  // gauss_seidel, of the Jacobi iteration, by row
     // Whether islands share it, one after the other: then nothing in it is of this one. What a factor or a vector of
     // another leaves would show in the last digits, and those must not depend on which thread solves what.
     bool isShared = false;

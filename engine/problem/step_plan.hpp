@@ -34,7 +34,9 @@ struct StepPlan {
     // auto: an unsolved contact problem is worth shorter sub-steps. Sweeps leave joints open by millimetres.
     bool mayHalveOnFailure = true;
     int iterationCap = 0;  // the most Newton iterations that the bound on work pays for; 0: no cap but the solver's own
-    bool settles = false;  // it may be at rest: solved to the last digits
+    // As SubstepLimits::maxWork, of the step: what the solver holds it worth.
+    double maxWork = std::numeric_limits<double>::infinity();
+    bool settles = false;      // it may be at rest: solved to the last digits
     bool mayBeRefused = true;  // a sub-step of it, for a shorter one
 
     // auto: this step belongs to sweeps.
@@ -52,6 +54,9 @@ struct SubstepLimits {
     // Of the step, as SolveReport::work counts it; while a solver advances it, of the sub-step. What does not fit in is
     // left undone, but for the least that gives an answer.
     double maxWork = std::numeric_limits<double>::infinity();
+    // A row of what moves, in a step where no error is asked for: what an exact solution is worth.
+    double workPerRow = std::numeric_limits<double>::infinity();
+    bool isByPlan = false;  // maxWork is StepPlan's: sweeps may take over what it does not pay for
 };
 
 }  // namespace cairn

@@ -3,6 +3,8 @@
 namespace cairn {
 
 template <class S>
+std::unique_ptr<Solver<S>> makeHybrid(const SolverSettings& settings);
+template <class S>
 std::unique_ptr<Solver<S>> makeGaussSeidel(const SolverSettings& settings);
 template <class S>
 std::unique_ptr<Solver<S>> makeNncg(const SolverSettings& settings);
@@ -14,12 +16,25 @@ constexpr double defaultDirectWork = 3e5;
 // What the sub-stepped sweeps of one row cost in a step, in block multiply-adds (a wall of 5050 boxes: 60,000 rows, 300
 // ms): where the sweeps are no cheaper, `direct` takes the island whatever its size.
 constexpr double sweptRow = 50;
-// Visits of a row in a sub-step of the sweeps, without conjugate directions and with them.
+// Visits of a row in a sub-step of gauss_seidel, nncg and hybrid.
 constexpr double sweptVisits = 3;
 constexpr double conjugateVisits = 12;
+constexpr double hybridVisits = 8;
+// Work a row of an exact solution that takes as long as twice gauss_seidel of four sub-steps, 1.8 us; and work that any
+// step is worth, a bit more than a millisecond (docs/solvers.md, "The knee").
+constexpr double sweptWork = 72;
+constexpr double freeWork = 5e4;
 // Iterations that an island always gets: the first step of a wall at rest takes about ten, once.
 constexpr int minIterations = 8;
 constexpr int minIterationsAtRest = 25;
+
+// Of an island as it was gathered: three a contact point, and about as many as a joint has on average.
+template <class S>
+double rowCount(const Problem<S>& problem) {
+    constexpr double rowsOfJoint = 4;
+    return 3 * static_cast<double>(problem.points.size()) +
+           rowsOfJoint * static_cast<double>(problem.joints.size() + problem.locks.size());
+}
 
 // The bound is on factors: whoever asks for conjugate gradients asks for `direct`.
 SolverSettings factored(SolverSettings settings) {
@@ -29,40 +44,66 @@ SolverSettings factored(SolverSettings settings) {
 
 }  // namespace
 
+double kneeWorkPerRow(double rows) {
+    return std::max(sweptWork, freeWork / std::max(rows, 1.0));
+}
+
 template <class S>
 Auto<S>::Auto(const SolverSettings& settings)
     : settings_(settings),
       direct_(std::make_unique<Direct<S>>(factored(settings))),
+      hybrid_(makeHybrid<S>(settings)),
       gaussSeidel_(makeGaussSeidel<S>(settings)),
       nncg_(makeNncg<S>(settings)) {}
 
 template <class S>
 StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) const {
-    const double bound = settings_.def.directWork > 0 ? settings_.def.directWork : defaultDirectWork;
-    const auto cost = direct_->predictCost(problem);
-    const double maxWork = problem.limits.maxWork;
-    // A factor is taken only where it can be afforded, and its iterations where those of late could. What is calm needs
-    // none.
-    const double ahead = std::max(visitsOfProduct * cost.factor, state.directWork);
+    const double rows = rowCount(problem);
+    const bool moves = direct_->moves(problem);
     StepPlan plan;
-    plan.activeSetChanging = cost.step > cost.factor;
-    plan.iterationCap = std::max(plan.activeSetChanging ? minIterations : minIterationsAtRest,
-                                 static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
+    plan.maxWork = moves && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
+    plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
-    plan.reason = state.sweepSteps > 0                                ? PlanReason::BackingOff
-                  : cost.step > std::max(bound, sweptRow * cost.rows) ? PlanReason::TooLarge
-                  : !state.isCalm() && ahead > maxWork                ? PlanReason::TooDear
-                                                                      : PlanReason::Exact;
+    const double maxWork = std::min(plan.maxWork, problem.limits.maxWork);
+    // Exact solutions are taken only where they can be afforded: what they took of late, and then, since it has its
+    // price to know, what a factor will. What is calm needs no iterations.
+    const bool isTooDear = state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
+    plan.reason = state.sweepSteps > 0 ? PlanReason::BackingOff : isTooDear ? PlanReason::TooDear : PlanReason::Exact;
+    if (!plan.sweeps()) {
+        chooseByFactor(problem, state.isCalm() ? plan.maxWork : maxWork, plan);
+    }
     if (!plan.sweeps()) {
         plan.substeps = direct_->plan(problem, state, dt).substeps;
         return plan;
     }
+    plan.maxWork = infinity<double>();
     plan.mayBeRefused = false;
-    const double visits = plan.activeSetChanging ? sweptVisits : conjugateVisits;
-    const double affordable = maxWork / std::max(1.0, visits * cost.rows);
-    const int wanted = sweeper(plan).plan(problem, state, dt).substeps;
+    const Sweeper by = sweeper(problem, plan);
+    const double affordable = problem.limits.maxWork / std::max(1.0, by.visits * rows);
+    const int wanted = by.solver.plan(problem, state, dt).substeps;
     plan.substeps = affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
     return plan;
+}
+
+template <class S>
+typename Auto<S>::Sweeper Auto<S>::sweeper(const Problem<S>& problem, const StepPlan& plan) const {
+    if (!problem.joints.empty()) {
+        return {*hybrid_, hybridVisits};
+    }
+    return plan.activeSetChanging ? Sweeper{*gaussSeidel_, sweptVisits} : Sweeper{*nncg_, conjugateVisits};
+}
+
+template <class S>
+void Auto<S>::chooseByFactor(Problem<S>& problem, double maxWork, StepPlan& plan) const {
+    const double bound = settings_.def.directWork > 0 ? settings_.def.directWork : defaultDirectWork;
+    const auto cost = direct_->predictCost(problem);
+    plan.iterationCap = std::max(plan.activeSetChanging ? minIterations : minIterationsAtRest,
+                                 static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
+    if (cost.step > std::max(bound, sweptRow * cost.rows)) {
+        plan.reason = PlanReason::TooLarge;
+    } else if (visitsOfProduct * cost.factor > maxWork) {
+        plan.reason = PlanReason::TooDear;
+    }
 }
 
 template <class S>
@@ -70,11 +111,7 @@ SolveReport Auto<S>::advance(Problem<S>& problem, S h) {
     if (!problem.plan.sweeps()) {
         return direct_->advance(problem, h);
     }
-    SolveReport report = sweeper(problem.plan).advance(problem, h);
-    if (problem.limits.isLast && !problem.joints.empty()) {
-        direct_->projectErrors(problem, h, report);
-    }
-    return report;
+    return sweeper(problem, problem.plan).solver.advance(problem, h);
 }
 
 template <class S>

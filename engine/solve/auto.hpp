@@ -5,6 +5,10 @@
 
 namespace cairn {
 
+// What an exact solution of what moves is worth, in work a row (SolveReport::work), in a step in which `rows` rows are
+// solved and no error is asked for.
+double kneeWorkPerRow(double rows);
+
 template <class S>
 class Auto final : public Solver<S> {
 public:
@@ -13,11 +17,19 @@ public:
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override;
 
 private:
+    // Leaves what its factor is too large or too dear for to the sweeps.
+    void chooseByFactor(Problem<S>& problem, double maxWork, StepPlan& plan) const;
+
     SolverSettings settings_;
     std::unique_ptr<Direct<S>> direct_;
+    std::unique_ptr<Solver<S>> hybrid_;
     std::unique_ptr<Solver<S>> gaussSeidel_;
     std::unique_ptr<Solver<S>> nncg_;
-    Solver<S>& sweeper(const StepPlan& plan) const { return plan.activeSetChanging ? *gaussSeidel_ : *nncg_; }
+    struct Sweeper {
+        Solver<S>& solver;
+        double visits;  // of a row in a sub-step
+    };
+    Sweeper sweeper(const Problem<S>& problem, const StepPlan& plan) const;
 };
 
 }  // namespace cairn

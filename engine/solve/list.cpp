@@ -5,6 +5,7 @@
 #define CAIRN_SOLVERS(SOLVER) \
     SOLVER(Auto)              \
     SOLVER(Direct)            \
+    SOLVER(Hybrid)            \
     SOLVER(GaussSeidel)       \
     SOLVER(Nncg)              \
     SOLVER(Cluster)           \

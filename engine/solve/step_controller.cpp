@@ -48,7 +48,7 @@ bool StepController<S>::learn(const SolveReport& report) {
         settles_ = false;  // as any other step
         return false;
     }
-    if (problem_.limits.mayRefuse && (!report.newtonFailed || plan.mayHalveOnFailure)) {
+    if (problem_.limits.mayRefuse && !report.truncated && (!report.newtonFailed || plan.mayHalveOnFailure)) {
         return true;
     }
     state_.backoff = std::clamp(2 * state_.backoff, 1, longestBackoff);
@@ -64,6 +64,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     problem_.beginImpulses();
     int& halvings = state_.halvings;
     halvings = std::max(0, halvings - 1);
+    limits.workPerRow = isAsked() ? infinity<double>() : request_.workPerRow;
     problem_.plan = plan(dt);
     int left = problem_.plan.substeps << halvings;
     S h = dt / static_cast<S>(left);
@@ -73,14 +74,21 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     bool isFirst = true;
     int taken = 0;
     while (left > 0) {
+        const double worth = std::min(maxWork, problem_.plan.maxWork);
+        limits.isByPlan = worth < maxWork;
         if (!isFirst && problem_.plan.mayBeRefused) {
             problem_.atSubstep = problem_.bodies;
         }
         limits.isFirst = isFirst;
         limits.isLast = left == 1;
-        limits.mayRefuse = halvings < maxHalvings && sum.work <= shareToRefuse * maxWork;
-        limits.maxWork = (maxWork - sum.work) / left;
+        limits.mayRefuse = halvings < maxHalvings && sum.work <= shareToRefuse * worth;
+        limits.maxWork = (worth - sum.work) / left;
         SolveReport one = solver_.advance(problem_, h);
+        if (limits.isByPlan && left > 1 && sum.work + one.work > worth) {
+            // More than it is worth, and not at its end.
+            one.tooLong = true;
+            one.truncated = true;
+        }
         const bool goesOn = learn(one);
         if (!one.tooLong) {
             balance.close(problem_, h, one);

@@ -28,6 +28,7 @@ struct SolveRequest {
     AccuracyDef accuracy;
     double contactMargin = 0;          // m
     double manifoldReuseDistance = 0;  // m
+    double workPerRow = 0;             // as SubstepLimits, where no error is asked for
     int subdivisions = 1;              // where no tolerance is asked: of islands whose error is worth it
 };
 

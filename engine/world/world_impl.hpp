@@ -170,6 +170,7 @@ private:
     void solveIslands(S dt);
     // What a budget plans by, of one island: its rows and bodies.
     double loadOf(const Island& island) const;
+    double rowsToSolve() const;  // about as many as rows of the islands that are not settled
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
     std::vector<double> maxWork_;  // by awake island; empty: no bound

@@ -1,4 +1,5 @@
 #include "engine/model/describe.hpp"
+#include "engine/solve/auto.hpp"
 #include "engine/world/world_impl.hpp"
 
 #include <chrono>
@@ -253,6 +254,15 @@ double World<S>::Impl::loadOf(const Island& island) const {
 }
 
 template <class S>
+double World<S>::Impl::rowsToSolve() const {
+    double rows = 0;
+    for (std::size_t k = 0; k < islands.awake().size(); ++k) {
+        rows += islandStates[k].settled ? 0 : loadOf(islands.awake()[k]);
+    }
+    return rows;
+}
+
+template <class S>
 void World<S>::Impl::shareWork() {
     const std::vector<Island>& active = islands.awake();
     maxWork_.clear();
@@ -316,7 +326,7 @@ template <class S>
 void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt) {
     // Kept by the thread for all islands that it solves: kept by each, it would be most of what a body costs in memory.
     static thread_local Problem<S> problem;
-    static thread_local SolverMemory<S> shared{{}, {}, true};
+    static thread_local SolverMemory<S> shared{.isShared = true};
     // Patterns of so few bodies are found anew as fast as they are looked up.
     constexpr std::size_t fewBodies = 2;
     const Island& island = islands.awake()[k];
@@ -340,7 +350,7 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
 template <class S>
 void World<S>::Impl::solveIslands(S dt) {
     const std::vector<Island>& active = islands.awake();
-    SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, 1};
+    SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, kneeWorkPerRow(rowsToSolve()), 1};
     Solver<S>& by = solverOf(request);
     shareWork();
     narrow_ = {};

@@ -66,6 +66,16 @@ struct DirectDef {
     static constexpr const char* help = "the whole island solved exactly: sparse Newton in body space";
 };
 
+struct HybridDef {
+    int substeps = 0;
+    int iterations = 0;
+    bool geometricStiffness = false;
+    double warmStart = 1;
+
+    static constexpr const char* typeName = "hybrid";
+    static constexpr const char* help = "joints exactly by a factor a sub-step, contacts by sweeps";
+};
+
 struct GaussSeidelDef {
     int substeps = 0;
     int iterations = 0;
@@ -163,8 +173,8 @@ struct AvbdDef {
 };
 
 // Which solver, and its numbers. The first is the default.
-using SolverDef = std::variant<AutoDef, DirectDef, GaussSeidelDef, NncgDef, ClusterDef, JacobiDef, NonlinearGsDef,
-                               XpbdDef, VbdDef, AvbdDef>;
+using SolverDef = std::variant<AutoDef, DirectDef, HybridDef, GaussSeidelDef, NncgDef, ClusterDef, JacobiDef,
+                               NonlinearGsDef, XpbdDef, VbdDef, AvbdDef>;
 
 // For who knows a solver by its name alone, as files and command lines do.
 struct SolverInfo {

@@ -350,6 +350,11 @@ typename Direct<S>::Cost Direct<S>::predictCost(Problem<S>& problem) const {
 }
 
 template <class S>
+bool Direct<S>::moves(const Problem<S>& problem) const {
+    return fastestSpeed(problem) > static_cast<S>(Tuning::movingSpeed);
+}
+
+template <class S>
 SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     SolveReport report;
     report.directSolves = 1;
@@ -384,9 +389,12 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     report.unconverged = !closed;
     report.newtonFailed = !solved.converged;
     report.truncated = report.truncated || (isBounded && !solved.converged);
-    // What was truncated would not fare better in shorter sub-steps of the same work.
-    if (solved.converged ? !closed && problem.limits.mayRefuse
-                         : !report.truncated && (problem.limits.mayRefuse || problem.plan.mayRestart())) {
+    // What was truncated would not fare better in shorter sub-steps of the same work; what was so because more is not
+    // worth it is swept.
+    const bool isTooDear = report.truncated && problem.plan.mayRestart() && problem.limits.isByPlan;
+    if (solved.converged
+            ? !closed && problem.limits.mayRefuse
+            : isTooDear || (!report.truncated && (problem.limits.mayRefuse || problem.plan.mayRestart()))) {
         report.tooLong = true;
         return report;
     }

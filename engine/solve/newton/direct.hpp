@@ -27,12 +27,13 @@ public:
     };
     // What a sub-step of the island is expected to cost. Cheap while who touches whom stays the same.
     Cost predictCost(Problem<S>& problem) const;
+    // Whether anything is so fast that contacts may open and shut, and joints turn.
+    bool moves(const Problem<S>& problem) const;
 
+private:
     // Moves the bodies, by as little as may be and without changing their velocities, to where joints and contacts are
     // obeyed to a tenth of a millimetre. Rows are those of the sub-step of length h (s) that was just taken.
     void projectErrors(Problem<S>& problem, S h, SolveReport& report) const;
-
-private:
     // Of joints alone (joint_newton.hpp): takes the sub-step or refuses it. False: no answer, and it may not be
     // refused.
     bool solveJoints(Problem<S>& problem, S h, SolveReport& report) const;

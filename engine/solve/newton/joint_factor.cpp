@@ -56,6 +56,55 @@ bool invert(double* m, std::size_t size) {
     return true;
 }
 
+// Blocks of three rows, of ball joints, at sizes that the compiler knows.
+template <int size>
+using Size = std::integral_constant<std::size_t, static_cast<std::size_t>(size)>;
+
+// out (rows x columns) <- out - lower (rows x inner) upper (inner x columns)
+template <class Rows, class Inner, class Columns>
+[[gnu::always_inline]] inline void subtractSized(double* out, const double* lower, const double* upper, Rows rows,
+                                                 Inner inner, Columns columns) {
+    for (std::size_t r = 0; r < rows; ++r) {
+        for (std::size_t l = 0; l < inner; ++l) {
+            const double share = lower[r * inner + l];
+            for (std::size_t c = 0; c < columns; ++c) {
+                out[r * columns + c] -= share * upper[l * columns + c];
+            }
+        }
+    }
+}
+
+void subtractProduct(double* out, const double* lower, const double* upper, std::size_t rows, std::size_t inner,
+                     std::size_t columns) {
+    if (rows == 3 && inner == 3 && columns == 3) {
+        subtractSized(out, lower, upper, Size<3>(), Size<3>(), Size<3>());
+    } else {
+        subtractSized(out, lower, upper, rows, inner, columns);
+    }
+}
+
+// lower (rows x size) <- lower pivot
+template <class Rows, class Columns>
+[[gnu::always_inline]] inline void multiplySized(double* lower, const double* pivot, Rows rows, Columns size) {
+    for (std::size_t r = 0; r < rows; ++r) {
+        std::array<double, JointFactor::maxRows> row{};
+        for (std::size_t l = 0; l < size; ++l) {
+            for (std::size_t c = 0; c < size; ++c) {
+                row[c] += lower[r * size + l] * pivot[l * size + c];
+            }
+        }
+        std::copy_n(row.begin(), static_cast<std::size_t>(size), lower + r * size);
+    }
+}
+
+void multiplyByPivot(double* lower, const double* pivot, std::size_t rows, std::size_t size) {
+    if (rows == 3 && size == 3) {
+        multiplySized(lower, pivot, Size<3>(), Size<3>());
+    } else {
+        multiplySized(lower, pivot, rows, size);
+    }
+}
+
 std::vector<std::vector<int>> jointsOfBodies(const JointFactor::Graph& graph, std::size_t bodies) {
     std::vector<std::vector<int>> jointsOf(bodies);
     for (std::size_t k = 0; k < graph.size(); ++k) {
@@ -190,61 +239,50 @@ void JointFactor::clear() {
     matrix_.assign(size_, 0.0);
 }
 
-bool JointFactor::solve(const Rows& active, std::vector<double>& right) {
-    const auto activeAt = [&](std::size_t place) -> const std::vector<int>& { return active[at(order_[place])]; };
+bool JointFactor::factor(const Rows& active) {
     std::size_t target = 0;
     for (std::size_t k = 0; k < order_.size(); ++k) {
-        const std::vector<int>& own = activeAt(k);
-        const std::size_t m = own.size();
+        const std::size_t m = activeAt(active, k).size();
         const double* pivot = &matrix_[diagonal_[k]];
         if (!invert(&matrix_[diagonal_[k]], m)) {
             return false;
         }
         for (const Later& i : later_[k]) {
-            // A_ik <- A_ik A_kk^-1
-            double* lower = &matrix_[i.lower];
-            const std::vector<int>& theirs = activeAt(at(i.place));
-            for (std::size_t r = 0; r < theirs.size(); ++r) {
-                std::array<double, JointFactor::maxRows> row{};
-                for (std::size_t c = 0; c < m; ++c) {
-                    double sum = 0;
-                    for (std::size_t l = 0; l < m; ++l) {
-                        sum += lower[r * m + l] * pivot[l * m + c];
-                    }
-                    row[c] = sum;
-                }
-                for (std::size_t c = 0; c < m; ++c) {
-                    lower[r * m + c] = row[c];
-                    right[at(theirs[r])] -= row[c] * right[at(own[c])];
-                }
-            }
+            multiplyByPivot(&matrix_[i.lower], pivot, activeAt(active, at(i.place)).size(), m);
         }
         for (const Later& i : later_[k]) {
             for (const Later& j : later_[k]) {
-                const double* lower = &matrix_[i.lower];
-                const double* upper = &matrix_[j.upper];
-                double* out = &matrix_[targets_[target++]];
-                const std::size_t width = activeAt(at(j.place)).size();
-                for (std::size_t r = 0; r < activeAt(at(i.place)).size(); ++r) {
-                    for (std::size_t l = 0; l < m; ++l) {
-                        const double share = lower[r * m + l];
-                        for (std::size_t c = 0; c < width; ++c) {
-                            out[r * width + c] -= share * upper[l * width + c];
-                        }
-                    }
+                subtractProduct(&matrix_[targets_[target++]], &matrix_[i.lower], &matrix_[j.upper],
+                                activeAt(active, at(i.place)).size(), m, activeAt(active, at(j.place)).size());
+            }
+        }
+    }
+    return true;
+}
+
+void JointFactor::substitute(const Rows& active, std::vector<double>& right) const {
+    for (std::size_t k = 0; k < order_.size(); ++k) {
+        const std::vector<int>& own = activeAt(active, k);
+        const std::size_t m = own.size();
+        for (const Later& i : later_[k]) {
+            const double* lower = &matrix_[i.lower];
+            const std::vector<int>& theirs = activeAt(active, at(i.place));
+            for (std::size_t r = 0; r < theirs.size(); ++r) {
+                for (std::size_t c = 0; c < m; ++c) {
+                    right[at(theirs[r])] -= lower[r * m + c] * right[at(own[c])];
                 }
             }
         }
     }
     for (std::size_t k = order_.size(); k-- > 0;) {
-        const std::vector<int>& own = activeAt(k);
+        const std::vector<int>& own = activeAt(active, k);
         const std::size_t m = own.size();
         std::array<double, JointFactor::maxRows> rest{};
         for (std::size_t r = 0; r < m; ++r) {
             rest[r] = right[at(own[r])];
         }
         for (const Later& j : later_[k]) {
-            const std::vector<int>& theirs = activeAt(at(j.place));
+            const std::vector<int>& theirs = activeAt(active, at(j.place));
             const double* upper = &matrix_[j.upper];
             for (std::size_t r = 0; r < m; ++r) {
                 for (std::size_t c = 0; c < theirs.size(); ++c) {
@@ -261,7 +299,6 @@ bool JointFactor::solve(const Rows& active, std::vector<double>& right) {
             right[at(own[r])] = value;
         }
     }
-    return true;
 }
 
 }  // namespace cairn

@@ -25,17 +25,20 @@ public:
     // than `maxWork` block multiply-adds (6x6).
     bool analyse(const Graph& graph, const std::vector<int>& counts, std::size_t bodies, double maxWork);
     const std::vector<int>& order() const { return order_; }  // joints, as they are eliminated
-    double work() const { return work_; }                     // block multiply-adds of one solve()
+    double work() const { return work_; }                     // block multiply-adds of one factor()
 
     void clear();
     const std::vector<Sum>& sums() const { return sums_; }
     double* at(const Sum& sum) { return &matrix_[sum.offset]; }
     double* diagonal(std::size_t joint) { return &matrix_[diagonal_[at(placeOf_[joint])]]; }
-    // Replaces `right` (by row of all joints) by what solves the matrix. Destroys the matrix. False: it is singular.
-    bool solve(const Rows& active, std::vector<double>& right);
+    // Turns the matrix into its factor. False: it is singular.
+    bool factor(const Rows& active);
+    // Replaces `right` (by row of all joints) by what solves the matrix, with the rows that it was factored for.
+    void substitute(const Rows& active, std::vector<double>& right) const;
 
 private:
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+    const std::vector<int>& activeAt(const Rows& active, std::size_t place) const { return active[at(order_[place])]; }
     // The order of elimination and its work; `laterOf`: of each place, the joints eliminated later that it shares a
     // block with, fill and all. Uses up `neighbours`. False where it would cost more than `maxWork`.
     bool chooseOrder(std::vector<std::set<int>>& neighbours, double maxWork, std::vector<std::vector<int>>& laterOf);

@@ -309,9 +309,10 @@ bool JointNewton<S>::newtonStep() {
             right_[at(i)] = -row.u - row.endA.dot(a) - row.endB.dot(b);
         }
     }
-    if (!factor_.solve(active_, right_)) {
+    if (!factor_.factor(active_)) {
         return false;
     }
+    factor_.substitute(active_, right_);
     for (std::size_t place = factor_.order().size(); place-- > 0;) {
         const std::size_t k = at(factor_.order()[place]);
         for (const int i : active_[k]) {

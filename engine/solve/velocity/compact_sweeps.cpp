@@ -273,15 +273,19 @@ S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, ContactRows<S
 
 template <class S>
 S CompactSweeps<S>::sweep(Problem<S>& problem, S relaxation) {
+    return sweepContacts(problem, relaxation, problem.rows.empty() ? S(0) : sweepJoints(problem, relaxation));
+}
+
+template <class S>
+S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
     rows_.visits += contactRowCount_;
-    const S joints = problem.rows.empty() ? S(0) : sweepJoints(problem, relaxation);
-    return problem.sumColours(joints, [&](std::size_t begin, std::size_t end) {
-        S change = 0;
+    return problem.sumColours(change, [&](std::size_t begin, std::size_t end) {
+        S sum = 0;
         for (std::size_t c = begin; c < end; ++c) {
             const ProblemContact<S>& contact = problem.contacts[c];
-            change += sweepContact(contact, firstPoint(problem, contact), relaxation);
+            sum += sweepContact(contact, firstPoint(problem, contact), relaxation);
         }
-        return change;
+        return sum;
     });
 }
 

@@ -23,12 +23,14 @@ public:
     void warmStart(Problem<S>& problem);
     // As RowSystem::sweep(): joints first.
     S sweep(Problem<S>& problem, S relaxation);
+    S sweepContacts(Problem<S>& problem, S relaxation, S change = 0);
     // Impulses of the rows of joints, then three of each contact point.
     void copyImpulses(const Problem<S>& problem, std::vector<S>& out) const;
     void add(Problem<S>& problem, const std::vector<S>& change);
 
     std::size_t rowCount(const Problem<S>& problem) const;
     double work() const { return rows_.work(); }
+    RowSweeps<S>& joints() { return rows_; }  // and locks; with the twists of all bodies
 
 private:
     struct Mass {
@@ -52,7 +54,7 @@ private:
     // Pushes the bodies by the impulses of all rows. Gives p^T (J v + b) for the twists before.
     S pushAll(Problem<S>& problem);
 
-    RowSweeps<S> rows_;  // of joints and locks; and the twists of all bodies
+    RowSweeps<S> rows_;  // joints()
     std::vector<Mass> masses_;
     std::vector<Vec6<S>> before_;
     std::size_t contactRowCount_ = 0;

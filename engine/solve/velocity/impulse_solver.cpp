@@ -32,6 +32,9 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
 
     static thread_local System system;
     system.begin(problem, spring(h), static_cast<S>(settings_.def.warmStart), h);
+    if constexpr (std::is_same_v<System, CompactSweeps<S>>) {
+        begin(problem, system, h);
+    }
     system.warmStart(problem);
     iterate(problem, system, iterations_);
     system.relax(problem, h);

@@ -39,6 +39,8 @@ public:
     StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
         return {.substeps = substeps_, .mayBeRefused = false};
     }
+    // A sub-step begins, `system` with it, of ContactForm::Compact.
+    virtual void begin(Problem<S>&, CompactSweeps<S>&, S) {}
     // Lowers the error of `system` by `iterations` sweeps; the second of those with ContactForm::Compact alone.
     virtual void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) = 0;
     virtual void iterate(Problem<S>&, CompactSweeps<S>&, int) { CAIRN_CHECK(false, "a solver on rows written out"); }

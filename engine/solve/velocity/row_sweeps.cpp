@@ -24,11 +24,20 @@ void RowSweeps<S>::begin(const Problem<S>& problem, const PushOutSpring<S>& spri
             isHard_[i] = hard;
             if (hard && row.lo == S(0) && row.C > S(0)) {
                 t.bias = row.C / h;
-            } else if (hard) {
-                t.bias = std::clamp(spring.rate * row.C, -spring.maxSpeed, spring.maxSpeed);
-                t.softness = t.delassus / spring.stiffness;
             }
             this->p[i] = std::clamp(row.lambda * h * warmStart, t.lo, t.hi);
+        }
+    }
+    pushOut(problem, spring);
+}
+
+template <class S>
+void RowSweeps<S>::pushOut(const Problem<S>& problem, const PushOutSpring<S>& spring) {
+    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+        const Row<S>& row = problem.rows[i];
+        if (isHard_[i] && !(row.lo == S(0) && row.C > S(0))) {
+            this->terms[i].bias = std::clamp(spring.rate * row.C, -spring.maxSpeed, spring.maxSpeed);
+            this->terms[i].softness = this->terms[i].delassus / spring.stiffness;
         }
     }
 }

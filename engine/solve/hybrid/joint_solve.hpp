@@ -1,0 +1,37 @@
+#pragma once
+// The rows of an island's joints and locks solved exactly, all at once, for the impulses of one sub-step:
+//     J_i v + b_i + s_i p_i = 0   where lo_i < p_i < hi_i,   p_i at its bound elsewhere,
+// by the factor of A = J M^-1 J^T + s over the rows within their bounds (joint_factor.hpp). The matrix stays for the
+// whole sub-step; only what comes to a bound or leaves it is factored anew.
+#include "engine/solve/newton/joint_factor.hpp"
+#include "engine/solve/velocity/row_sweeps.hpp"
+
+namespace cairn {
+
+template <class S>
+class JointSolve {
+public:
+    // A sub-step begins: the rows' gradients and responses are new. False where a factor over the joints would cost
+    // more than `maxWork` block multiply-adds (6x6), or a row has more than two bodies: they are left to sweeps.
+    bool begin(const Problem<S>& problem, double maxWork);
+    // Lets the rows take their impulses at the present twists.
+    void solve(const Problem<S>& problem, RowSweeps<S>& rows);
+
+private:
+    static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+    // Which rows are within their bounds. What is beyond is put to them, and pushes. False: they are those of before.
+    bool chooseActive(const Problem<S>& problem, RowSweeps<S>& rows);
+    bool factor(const Problem<S>& problem, const RowSweeps<S>& rows);
+    // Solves for the active rows. False: one came out of its bounds, is at them now, and active no more.
+    bool solveActive(const Problem<S>& problem, RowSweeps<S>& rows);
+
+    JointFactor factor_;
+    JointFactor::Graph graph_;
+    std::vector<int> counts_;
+    JointFactor::Rows active_;
+    JointFactor::Rows candidates_;
+    std::vector<double> right_;
+    bool isFactored_ = false;
+};
+
+}  // namespace cairn
