@@ -60,6 +60,7 @@ Json resultJson(const RunResult& r) {
                     {"solves", r.solves},
                     {"subdivisions", r.subdivisions},
                     {"rows", r.rows},
+                    {"narrow_calls", r.narrow.calls},
                     {"narrow_shape_pairs", r.narrow.shapePairs},
                     {"narrow_completed", r.narrow.completed},
                     {"narrow_repaired_normals", r.narrow.repairedNormals},

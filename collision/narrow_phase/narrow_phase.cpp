@@ -233,6 +233,7 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
             PairCache::Entry* last = remembers(pair) ? &entryOf(cache, i, j, cursor) : nullptr;
             const Vec3d lastNormal =
                 last != nullptr ? Vec3d(bodyAFromFirst.rotation.transpose() * last->normal) : Vec3d(Vec3d::Zero());
+            ++counts.calls;
             const std::vector<WorkManifold>& manifolds = answer(pair, margin, lastNormal, counts);
             for (const WorkManifold& m : manifolds) {
                 out.push_back(inBodies(m, pair, i, j));

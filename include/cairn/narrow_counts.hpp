@@ -5,12 +5,14 @@ namespace cairn {
 
 // How often answers had to be completed or repaired; summed into the step report.
 struct NarrowCounts {
-    std::uint64_t shapePairs = 0;       // pairs of shapes (or triangles) asked
+    std::uint64_t calls = 0;            // pairs of shapes whose boxes are near and that were asked; a mesh once
+    std::uint64_t shapePairs = 0;       // the same, with a mesh once for each triangle that is near
     std::uint64_t completed = 0;        // one-point answers turned into a manifold
     std::uint64_t repairedNormals = 0;  // a normal of MPR replaced by a better one
     std::uint64_t repairedFailures =
         0;  // exceptions, NaN, zero normals or endless refinements caught and answered otherwise
     NarrowCounts& operator+=(const NarrowCounts& o) {
+        calls += o.calls;
         shapePairs += o.shapePairs;
         completed += o.completed;
         repairedNormals += o.repairedNormals;
