@@ -64,6 +64,7 @@ public:
     }
     std::vector<ContactView> contacts() const override { return world_.contacts(); }
     std::vector<JointView> jointViews() const override { return world_.jointViews(); }
+    std::vector<LockView> lockViews() const override { return world_.lockViews(); }
     std::vector<BodyErrorView> bodyErrors() const override { return world_.bodyErrors(); }
     std::size_t indexOf(BodyId id) const override { return index_.at(id); }
     std::size_t indexOf(JointId id) const override { return jointIndex_.at(id); }

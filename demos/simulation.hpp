@@ -30,6 +30,7 @@ public:
     virtual Diagnosis diagnose(double dt, double position) = 0;  // s, m: as World::diagnose
     virtual std::vector<ContactView> contacts() const = 0;
     virtual std::vector<JointView> jointViews() const = 0;
+    virtual std::vector<LockView> lockViews() const = 0;
     virtual std::vector<BodyErrorView> bodyErrors() const = 0;
     virtual std::size_t deformableCount() const = 0;
     virtual TriangleMesh surface(std::size_t deformable) const = 0;  // world, closed

@@ -2,6 +2,7 @@
 #include "collision/narrow_phase/pairs.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace cairn {
 namespace {
@@ -259,6 +260,45 @@ void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scr
             ++counts.completed;
         }
     }
+}
+
+int triangleAt(const Shape& shape, const Vec3d& point, const Vec3d& outward) {
+    if (!isSurface(shape.kind)) {
+        return -1;
+    }
+    const Vec3d place = shape.pose.inverse() * point;
+    const Vec3d up = shape.pose.rotation.conjugate() * outward;
+    const auto distanceTo = [&](int index) {
+        unsigned edges = 0;
+        return (nearestOfTriangle(cornersOf(shape, index), place, edges) - place).norm();
+    };
+    const Aabb box{place, place};
+    double nearest = std::numeric_limits<double>::infinity();
+    double size = 0;  // m, of the nearest triangle
+    nearTriangles(shape, box, nearest, [&](int index, double limit) {
+        if (const double distance = distanceTo(index); distance < nearest) {
+            const std::array<Vec3d, 3> corners = cornersOf(shape, index);
+            nearest = distance;
+            size = (corners[1] - corners[0]).norm() + (corners[2] - corners[0]).norm();
+        }
+        return std::min(limit, nearest);
+    });
+    // A point may lie beside the triangle that gave it by the slack of clipping.
+    constexpr double slack = 1e-4;
+    thread_local std::vector<int> found;
+    found.clear();
+    findTriangles(shape, box.grown(nearest + slack * size), found);
+    int best = -1;
+    double facing = -2;
+    for (const int index : found) {
+        constexpr double better = 1e-9;
+        const double along = triangleOf(shape, index).face.dot(up);
+        if (along > facing + better && distanceTo(index) <= nearest + slack * size) {
+            best = index;
+            facing = along;
+        }
+    }
+    return shape.kind == ShapeKind::Mesh && best >= 0 ? shape.mesh->givenIndex(best) : best;
 }
 
 }  // namespace cairn

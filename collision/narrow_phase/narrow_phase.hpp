@@ -47,6 +47,12 @@ struct PairCache {
 void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
              std::vector<Manifold>& out, NarrowCounts& counts);
 
+// The triangle of a mesh or height field on which a contact point lies: that of the mesh as it was given, or of the
+// field as HeightField counts them; of those that meet there the one that faces most along `outward` (unit), of these
+// the first. -1 for other shapes. Point and direction in the body's frame. Contacts keep no such number: a point is
+// found on its triangle by its place, when somebody asks.
+int triangleAt(const Shape& shape, const Vec3d& point, const Vec3d& outward);
+
 // For each point of `now`, the index of the same point in `before`, or -1: by feature first, then the nearest unmatched
 // one within `maxDistance` (m) on A's surface.
 std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double maxDistance = 0.02);

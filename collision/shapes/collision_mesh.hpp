@@ -15,6 +15,10 @@ public:
     const TriangleMesh& triangles() const { return triangles_; }  // those with area, and their vertices
     const Aabb& bounds() const { return bounds_; }                // shape frame
     const Vec3d& normal(int triangle) const { return normals_[static_cast<std::size_t>(triangle)]; }
+    // Its number among the triangles that were given, those without area counted too.
+    int givenIndex(int triangle) const {
+        return given_.empty() ? triangle : given_[static_cast<std::size_t>(triangle)];
+    }
     // Whether the edge from vertex k to k+1 of a triangle can be touched from a side: false where the neighbour is
     // coplanar or the edge is concave, so that bodies do not catch on inner edges.
     bool edgeIsActive(int triangle, int k) const;
@@ -39,6 +43,7 @@ private:
     struct Tree;
     TriangleMesh triangles_;
     std::vector<Vec3d> normals_;
+    std::vector<int> given_;                 // see givenIndex(); empty: all have area
     std::vector<std::uint8_t> activeEdges_;  // bit k: edge k; bit 3 + k: corner k is sharp
     Aabb bounds_;
     bool isClosed_ = true;

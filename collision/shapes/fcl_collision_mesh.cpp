@@ -78,8 +78,9 @@ const Vec3d& cornerOf(const TriangleMesh& mesh, std::size_t triangle, std::size_
     return mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][k % 3])];
 }
 
-// The triangles with area, their vertices and their normals.
-TriangleMesh withArea(const TriangleMesh& given, double tolerance, std::vector<Vec3d>& normals) {
+// The triangles with area, their vertices, their normals, and their numbers among those given.
+TriangleMesh withArea(const TriangleMesh& given, double tolerance, std::vector<Vec3d>& normals,
+                      std::vector<int>& numbers) {
     TriangleMesh kept;
     std::vector<int> renumbered(given.vertices.size(), -1);
     for (std::size_t t = 0; t < given.triangles.size(); ++t) {
@@ -90,6 +91,7 @@ TriangleMesh withArea(const TriangleMesh& given, double tolerance, std::vector<V
             continue;
         }
         normals.push_back(cross.normalized());
+        numbers.push_back(static_cast<int>(t));
         std::array<int, 3> triangle{};
         for (std::size_t k = 0; k < 3; ++k) {
             int& index = renumbered[static_cast<std::size_t>(given.triangles[t][k])];
@@ -177,7 +179,10 @@ struct CollisionMesh::Tree {
 CollisionMesh::CollisionMesh(const TriangleMesh& given) : tree_(std::make_unique<Tree>()) {
     checkMesh(given);
     const double tolerance = weldTolerance * sizeOf(given.vertices);
-    triangles_ = withArea(given, tolerance, normals_);
+    triangles_ = withArea(given, tolerance, normals_, given_);
+    if (given_.size() == given.triangles.size()) {
+        given_ = {};
+    }
     bounds_ = {triangles_.vertices.front(), triangles_.vertices.front()};
     for (const Vec3d& vertex : triangles_.vertices) {
         bounds_ = {bounds_.min.cwiseMin(vertex), bounds_.max.cwiseMax(vertex)};

@@ -199,6 +199,16 @@ ContactGeometry<S> contactGeometry(const ContactManifold<S>& manifold, const Con
 }
 
 template <class S>
+std::array<int, 2> trianglesOf(const PairContacts<S>& pair, const ContactManifold<S>& manifold,
+                               const ContactPointState<S>& point, const Body<S>& a, const Body<S>& b) {
+    const double gap = point.foundSeparation;
+    return {triangleAt(a.kind->def.shapes[manifold.shapeA], pair.aFromB * point.onB - gap * manifold.normal,
+                       manifold.normal),
+            triangleAt(b.kind->def.shapes[manifold.shapeB],
+                       pair.aFromB.inverse() * point.onA + gap * manifold.normalInB, -manifold.normalInB)};
+}
+
+template <class S>
 int PairContacts<S>::pointCount() const {
     int count = 0;
     for (const ContactManifold<S>& manifold : manifolds) {
@@ -246,6 +256,7 @@ void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S
         end.normalImpulse = static_cast<double>(point.normalImpulse);
         end.shapeA = manifold.shapeA;
         end.shapeB = manifold.shapeB;
+        end.triangles = trianglesOf(*this, manifold, point, a, b);
         end.friction = static_cast<double>(manifold.friction);
         end.staticFriction = static_cast<double>(manifold.staticFriction);
         end.restitution = static_cast<double>(manifold.restitution);
@@ -431,7 +442,8 @@ void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onl
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
         mover = a.isDynamic() ? pair.pair.a : pair.pair.b;
-        return !pair.manifolds.empty() && a.isDynamic() != b.isDynamic() && bodies[mover].awake;
+        return !pair.manifolds.empty() && a.isDynamic() != b.isDynamic() &&
+               (bodies[mover].awake || bodies[mover].changed);
     };
     isToCull_.resize(bodies.slotCount(), 0);
     std::uint32_t mover = 0;
@@ -466,7 +478,9 @@ void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onl
 
 template <class S>
 void ContactTable<S>::forget(ProxyId body) {
-    std::erase_if(pairs_, [&](const PairContacts<S>& p) { return p.pair.a == body || p.pair.b == body; });
+    const auto isOfPair = [&](const PairContacts<S>& p) { return p.pair.a == body || p.pair.b == body; };
+    std::erase_if(pairs_, isOfPair);
+    std::erase_if(gone_, isOfPair);
     std::erase_if(resting_, [&](const auto& entry) {
         const bool isOf = entry.first.a == body || entry.first.b == body;
         restingPoints_ -= isOf ? entry.second.pointCount() : 0;
@@ -485,6 +499,10 @@ std::vector<std::uint32_t> ContactTable<S>::restingNeighbours(std::uint32_t body
     return others;
 }
 
+template std::array<int, 2> trianglesOf(const PairContacts<float>&, const ContactManifold<float>&,
+                                        const ContactPointState<float>&, const Body<float>&, const Body<float>&);
+template std::array<int, 2> trianglesOf(const PairContacts<double>&, const ContactManifold<double>&,
+                                        const ContactPointState<double>&, const Body<double>&, const Body<double>&);
 template struct PairContacts<float>;
 template struct PairContacts<double>;
 template bool collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&,

@@ -96,6 +96,7 @@ struct EndedContact {
     double normalImpulse = 0;
     std::uint32_t shapeA = 0;
     std::uint32_t shapeB = 0;
+    std::array<int, 2> triangles = {-1, -1};
     double friction = 0;
     double staticFriction = 0;
     double restitution = 0;
@@ -144,6 +145,12 @@ struct PairContacts {
     void endPoints(const ContactManifold<S>& manifold, const Body<S>& a, const Pose<S>& poseA, const Body<S>& b,
                    const Pose<S>& poseB);
 };
+
+// Of a's shape and of b's the triangle that the other body's point lies over; -1: it has none (triangleAt()). The point
+// known of a mesh is that of a neighbour where its surface goes on almost flat.
+template <class S>
+std::array<int, 2> trianglesOf(const PairContacts<S>& pair, const ContactManifold<S>& manifold,
+                               const ContactPointState<S>& point, const Body<S>& a, const Body<S>& b);
 
 // How far apart contacts are looked for speculatively: `margin` (m), and further where two bodies can close a gap
 // within `dt` (s).

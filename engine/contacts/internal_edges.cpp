@@ -462,7 +462,8 @@ void addGroundPair(std::vector<GroundPair<S>>& out, PairContacts<S>& pair, const
     if (pair.manifolds.empty() || movesA == b.isDynamic()) {
         return;
     }
-    if ((movesA ? a : b).awake) {
+    const Body<S>& mover = movesA ? a : b;
+    if (mover.awake || mover.changed) {
         out.push_back({movesA ? pair.pair.a : pair.pair.b, &pair, movesA});
     }
 }

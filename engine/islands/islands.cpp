@@ -112,7 +112,7 @@ void Islands<S>::rebuild(const BodyTable<S>& bodies, const AwakeSet& awake, cons
         for (std::size_t i = 0; i < island.bodies.size(); ++i) {
             placeOf_[island.bodies[i]] = static_cast<int>(i);
             if (bodies[island.bodies[i]].kind->locked) {
-                lockLambda_.try_emplace(island.bodies[i]);
+                locks_.try_emplace(island.bodies[i]);
             }
         }
         while (last < lastLowest_.size() && lastLowest_[last] < island.lowest()) {

@@ -29,6 +29,13 @@ struct AwakeSet {
     std::vector<std::uint32_t> joints;
 };
 
+// What the axis locks of a body gave in the last step.
+template <class S>
+struct LockState {
+    std::vector<S> lambda;              // N or N m, of each row
+    Vec6<S> impulse = Vec6<S>::Zero();  // N s, and N m s about its centre of mass
+};
+
 template <class S>
 class Islands {
 public:
@@ -41,13 +48,13 @@ public:
     int of(std::uint32_t body) const { return body < islandOf_.size() ? islandOf_[body] : -1; }
     // The place of a dynamic body among those of its island.
     int placeOf(std::uint32_t body) const { return placeOf_[body]; }
-    // lambda of a body's axis locks after the last step, N or N m.
-    std::vector<S>& lockLambda(std::uint32_t body) { return lockLambda_.at(body); }
+    LockState<S>& lock(std::uint32_t body) { return locks_.at(body); }
+    const std::map<std::uint32_t, LockState<S>>& locks() const { return locks_; }  // by body, of those that were awake
 
     // The bodies of each island that may fall asleep: all have stayed within `sleep.distance` for `sleep.time`.
     std::vector<std::vector<std::uint32_t>> updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt);
 
-    void forget(std::uint32_t body) { lockLambda_.erase(body); }  // it left the world
+    void forget(std::uint32_t body) { locks_.erase(body); }  // it left the world
 
 private:
     std::uint32_t root(std::uint32_t body);
@@ -68,10 +75,10 @@ private:
     std::vector<int> placeOf_;   // by body
     std::vector<Island> awake_;
     std::vector<std::uint32_t> bodyList_, jointList_, pairList_;
-    std::vector<std::uint32_t> begins_;                   // room of sort()
-    std::vector<int> islandOfItem_;                       // likewise
-    std::vector<std::uint32_t> lastLowest_;               // bodies of the islands of the last step
-    std::map<std::uint32_t, std::vector<S>> lockLambda_;  // by body
+    std::vector<std::uint32_t> begins_;      // room of sort()
+    std::vector<int> islandOfItem_;          // likewise
+    std::vector<std::uint32_t> lastLowest_;  // bodies of the islands of the last step
+    std::map<std::uint32_t, LockState<S>> locks_;
 };
 
 }  // namespace cairn

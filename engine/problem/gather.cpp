@@ -115,7 +115,7 @@ void Gatherer<S>::gather() {
             ground.index = UINT32_MAX;
             problem_.locks.push_back({source.kind->def.lockLinear, source.kind->def.lockAngular, source.home(),
                                       static_cast<int>(problem_.bodies.size()) - 1, static_cast<int>(i),
-                                      world_.islands.lockLambda(index)});
+                                      world_.islands.lock(index).lambda});
         }
     }
     for (const std::uint32_t p : island_.pairs) {
@@ -256,9 +256,12 @@ void Gatherer<S>::handBack() {
         ++next;
     }
     for (const typename Problem<S>::LockLink& lock : problem_.locks) {
-        const int count = problem_.blocks[next++].count;
-        world_.islands.lockLambda(island_.bodies[static_cast<std::size_t>(lock.b)]).assign(lambda, lambda + count);
+        const int count = problem_.blocks[next].count;
+        LockState<S>& state = world_.islands.lock(island_.bodies[static_cast<std::size_t>(lock.b)]);
+        state.lambda.assign(lambda, lambda + count);
         lambda += count;
+        state.impulse = problem_.jointImpulse[next].b;
+        ++next;
     }
 }
 

@@ -361,8 +361,8 @@ void Problem<S>::handImpulsesOn() {
     if (jointGiven_.empty() && pointGiven_.empty()) {
         return;
     }
-    jointImpulse.resize(joints.size());
-    for (std::size_t k = 0; k < joints.size(); ++k) {
+    jointImpulse.resize(jointGiven_.size());
+    for (std::size_t k = 0; k < jointGiven_.size(); ++k) {
         jointImpulse[k].a += jointGiven_[k].a;
         jointImpulse[k].b += jointGiven_[k].b;
     }

@@ -56,7 +56,7 @@ struct Problem {
         int fixedBody, b;       // fixedBody: a static stand-in for the world
         std::vector<S> lambda;  // of its rows, after the last step
     };
-    // What a joint gave, laid out as the gradients of its rows are: N s, N m s.
+    // What a joint or lock gave, laid out as the gradients of its rows are: N s, N m s.
     struct JointGiven {
         Vec6<S> a = Vec6<S>::Zero();
         Vec6<S> b = Vec6<S>::Zero();
@@ -79,7 +79,7 @@ struct Problem {
     std::vector<JointLink> joints;
     std::vector<LockLink> locks;
     std::vector<S> jointLambda;  // of the rows of joints and locks after the last solve; empty: none in this step
-    std::vector<JointGiven> jointImpulse;  // of the step, by joint
+    std::vector<JointGiven> jointImpulse;  // of the step, by joint, then by lock
 
     // The bodies as they were when the step began, and the sub-step if it is a later one.
     std::vector<SolverBody<S>> atStep;

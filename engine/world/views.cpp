@@ -21,6 +21,15 @@ void tellImpulse(ContactView& view, const Vec3d& impulse, double normalImpulse, 
     view.frictionForce = meanForce(impulse - normalImpulse * view.normal, dt);
 }
 
+// Fills what the shapes that it names say of a contact.
+template <class S>
+void tellSurfaces(ContactView& view, const std::array<int, 2>& triangles, const Body<S>& a, const Body<S>& b) {
+    view.triangleA = triangles[0];
+    view.triangleB = triangles[1];
+    view.materialA = a.kind->def.shapes[view.shapeA].material;
+    view.materialB = b.kind->def.shapes[view.shapeB].material;
+}
+
 }  // namespace
 
 template <class S>
@@ -34,6 +43,7 @@ std::vector<ContactView> World<S>::contacts() const {
             view.b = impl_->bodies.idAt(pair.pair.b);
             view.shapeA = end.shapeA;
             view.shapeB = end.shapeB;
+            tellSurfaces(view, end.triangles, impl_->bodies[pair.pair.a], impl_->bodies[pair.pair.b]);
             view.isOver = true;
             view.point = end.point;
             view.normal = end.normal;
@@ -67,6 +77,7 @@ std::vector<ContactView> World<S>::contacts() const {
                 view.b = impl_->bodies.idAt(pair.pair.b);
                 view.shapeA = manifold.shapeA;
                 view.shapeB = manifold.shapeB;
+                tellSurfaces(view, trianglesOf(pair, manifold, point, a, b), a, b);
                 view.isOver = isOver;
                 ContactGeometry<S> geometry = contactGeometry(manifold, point, a, b);
                 geometry.startStep(a.pose, b.pose);
@@ -116,6 +127,8 @@ std::vector<JointView> World<S>::jointViews() const {
         view.id = impl_->joints.idAt(j);
         view.a = joint.a;
         view.b = joint.b;
+        view.c = joint.c;
+        view.d = joint.d;
         view.frameA = (a * joint.frames.a).template cast<double>();
         view.frameB = (b * joint.frames.b).template cast<double>();
         view.gap = error.gap;
@@ -137,9 +150,32 @@ std::vector<JointView> World<S>::jointViews() const {
     return views;
 }
 
+template <class S>
+std::vector<LockView> World<S>::lockViews() const {
+    std::vector<LockView> views;
+    const double dt = impl_->report.dt;
+    const std::map<std::uint32_t, LockState<S>>& locks = impl_->islands.locks();
+    for (const BodyId id : bodies()) {
+        if (!impl_->bodies[id.index].kind->locked) {
+            continue;
+        }
+        LockView& view = views.emplace_back();
+        view.body = id;
+        if (const auto lock = locks.find(id.index); lock != locks.end()) {
+            view.impulse = lock->second.impulse.template head<3>().template cast<double>();
+            view.angularImpulse = lock->second.impulse.template tail<3>().template cast<double>();
+            view.force = meanForce(view.impulse, dt);
+            view.torque = meanForce(view.angularImpulse, dt);
+        }
+    }
+    return views;
+}
+
 template std::vector<ContactView> World<float>::contacts() const;
 template std::vector<ContactView> World<double>::contacts() const;
 template std::vector<JointView> World<float>::jointViews() const;
 template std::vector<JointView> World<double>::jointViews() const;
+template std::vector<LockView> World<float>::lockViews() const;
+template std::vector<LockView> World<double>::lockViews() const;
 
 }  // namespace cairn

@@ -12,6 +12,12 @@ struct ContactView {
     BodyId a, b;
     std::uint32_t shapeA = 0;  // indices into the bodies' shapes
     std::uint32_t shapeB = 0;
+    // Of a mesh the index into TriangleMesh::triangles as mesh() was given them; of a height field 2 i or 2 i + 1 in
+    // cell i = row * (columns - 1) + column. On an edge or a corner the triangle that faces most along the normal. -1:
+    // another shape.
+    int triangleA = -1;
+    int triangleB = -1;
+    Material materialA, materialB;
     bool isOver = false;            // gave an impulse in the step, and is no contact any more at its end
     Vec3d point = Vec3d::Zero();    // world, midway between the two surfaces
     Vec3d normal = Vec3d::UnitY();  // world, from a to b
@@ -34,9 +40,10 @@ struct ContactView {
 struct JointView {
     JointId id;
     BodyId a, b;
-    Posed frameA, frameB;  // world; the joint's frame as each body carries it; x is the axis
-    double gap = 0;        // m, violation of its linear rows
-    double angle = 0;      // rad, violation of its angular rows
+    BodyId c = {}, d = {};  // further particles; null: none
+    Posed frameA, frameB;   // world; the joint's frame as each body carries it; x is the axis
+    double gap = 0;         // m, violation of its linear rows
+    double angle = 0;       // rad, violation of its angular rows
     // What it gave in the whole step, all sub-steps: N s, on b; N m s, on b about its centre of mass. Force and torque
     // (N, N m) are their means over the step.
     Vec3d impulse = Vec3d::Zero();
@@ -44,6 +51,16 @@ struct JointView {
     Vec3d force = Vec3d::Zero();
     Vec3d torque = Vec3d::Zero();
     std::array<Vec3d, 4> impulses = {Vec3d::Zero(), Vec3d::Zero(), Vec3d::Zero(), Vec3d::Zero()};  // N s, on each body
+};
+
+// What the axis locks of a body gave in a step, as JointView tells it of joints: N s, on the body; N m s, about its
+// centre of mass; 0 along and about the axes that are free.
+struct LockView {
+    BodyId body;
+    Vec3d impulse = Vec3d::Zero();
+    Vec3d angularImpulse = Vec3d::Zero();
+    Vec3d force = Vec3d::Zero();   // N, mean over the step
+    Vec3d torque = Vec3d::Zero();  // N m
 };
 
 // How wrong one body was after a step: what to look at, and what to draw as heat.
@@ -112,6 +129,7 @@ public:
 
     std::vector<ContactView> contacts() const;
     std::vector<JointView> jointViews() const;
+    std::vector<LockView> lockViews() const;        // of bodies with axis locks, in order of index
     std::vector<BodyErrorView> bodyErrors() const;  // of awake dynamic bodies, in order of index
     // What will be hard about the next steps of dt (s) if they may err by `position` (m), foretold from their rows.
     // Moves nothing; takes as long as some hundred sweeps. Sleeping islands are not looked at.
