@@ -40,10 +40,8 @@ void World<S>::Impl::enter(std::uint32_t i) {
         insertSorted(awake.bodies, i);
         return;
     }
+    // It rests once what it touches is known: detect().
     sleepingPotential += potentialOf(b);
-    if (broadPhase.contains(i)) {
-        broadPhase.setResting(i, true);
-    }
 }
 
 template <class S>

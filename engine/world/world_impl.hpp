@@ -128,6 +128,9 @@ private:
     void move(S dt);
     // Finds contacts anew where the game has changed something since the last step, and only there.
     void applyChanges(double dt);
+    // Of two that rest no pair is looked for: sleepers beside what is static and new, or was put there, do not rest
+    // until it has been.
+    void findSleepersBeside();
     // Contacts where the bodies are now: for the report, for queries, and for the step to come.
     void detect(double dt, bool onlyChanged);
     // Boxes for a step to come.

@@ -96,12 +96,34 @@ void World<S>::Impl::detect(double dt, bool onlyChanged) {
     detectedFor = onlyChanged ? std::min(dt, detectedFor) : dt;
     for (const std::uint32_t i : changed) {
         bodies[i].changed = false;
+        if (bodies[i].isDynamic() && !bodies[i].awake && broadPhase.contains(i)) {
+            broadPhase.setResting(i, true);
+        }
     }
     changed.clear();
 }
 
 template <class S>
+void World<S>::Impl::findSleepersBeside() {
+    for (std::size_t k = 0, count = changed.size(); k < count; ++k) {
+        const std::uint32_t i = changed[k];
+        if (bodies[i].type != BodyType::Static || !broadPhase.contains(i)) {
+            continue;
+        }
+        for (const ProxyId other : broadPhase.query(speculativeBox(bodies[i], 0))) {
+            if (bodies[other].isDynamic() && !bodies[other].awake) {
+                broadPhase.setResting(other, false);
+                touch(other);
+            }
+        }
+    }
+}
+
+template <class S>
 void World<S>::Impl::applyChanges(double dt) {
+    if (!changed.empty() && detectedFor > 0) {
+        findSleepersBeside();
+    }
     if (dt > detectedFor) {
         // Contacts were looked for no farther ahead than the last step asked; in a new world not at all.
         moveProxies(dt);
@@ -338,7 +360,7 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     NarrowCounts narrow;
     state.solved =
         StepController<S>(tables, island, problem, state.control, by, request, state.settles, maxWork).step(dt, narrow);
-    if (narrow.shapePairs > 0) {
+    if (narrow.calls > 0) {
         const std::lock_guard lock(narrowMutex_);  // sums of whole numbers: the order of threads does not show
         narrow_ += narrow;
     }

@@ -180,6 +180,60 @@ TEST(Sleep, BodiesAddedAsleepWaitUntilTheyAreTouched) {
     EXPECT_LT(position(world, box).y(), 4);
 }
 
+// What is added asleep is told to touch what it touches, as what fell asleep there.
+TEST(Sleep, ContactsOfBodiesAddedAsleepAreKnown) {
+    for (const bool floorFirst : {true, false}) {
+        Worldd world;
+        if (floorFirst) {
+            addFloor(world);
+        }
+        std::vector<BodyId> boxes;
+        for (int i = 0; i < 3; ++i) {
+            boxes.push_back(
+                world.add({.shapes = {unitBox()}, .position = Vec3d(0, 0.5 + i, 0), .mass = 1, .awake = false}));
+        }
+        if (!floorFirst) {
+            run(world, 0.1);
+            EXPECT_EQ(world.contacts().size(), 8U);
+            addFloor(world);
+        }
+        for (int step = 0; step < 5; ++step) {
+            const StepCounts& counts = world.step(1.0 / 60).counts;
+            EXPECT_EQ(counts.contacts, 12);
+            EXPECT_EQ(counts.pairs, 3);
+            EXPECT_EQ(counts.awake, 0);
+            EXPECT_EQ(counts.narrow.calls, step > 0 ? 0U : floorFirst ? 3U : 1U) << "asked once, known from then on";
+            EXPECT_EQ(world.contacts().size(), 12U);
+        }
+        for (const ContactView& contact : world.contacts()) {
+            expectBelow("separation of what was added touching, m", contact.separation, 1e-12);
+            EXPECT_FALSE(contact.isOver);
+        }
+        const WorldQuery query = world.query();
+        EXPECT_EQ(query.containing(Vec3d(0, 1.5, 0)), std::vector<BodyId>{boxes[1]});
+        // Whoever takes away what it stands on wakes it.
+        world.remove(boxes[0]);
+        run(world, 0.5);
+        EXPECT_LT(position(world, boxes[1]).y(), 1);
+    }
+}
+
+TEST(Sleep, AFloorPutUnderASleeperIsKnown) {
+    Worldd world;
+    const BodyId shelf = world.add({.type = BodyType::Static, .shapes = {box({1, 0.1, 1})}, .position = {5, -0.1, 0}});
+    world.add({.shapes = {unitBox()}, .position = Vec3d(0, 0.5, 0), .mass = 1, .awake = false});
+    run(world, 0.1);
+    EXPECT_TRUE(world.contacts().empty());
+    world.setPose(shelf, {Vec3d(0, -0.1, 0), Quatd::Identity()});
+    world.step(1.0 / 60);
+    EXPECT_EQ(world.contacts().size(), 4U);
+    EXPECT_EQ(world.report().counts.contacts, 4);
+    world.setPose(shelf, {Vec3d(5, -0.1, 0), Quatd::Identity()});
+    run(world, 0.5);
+    EXPECT_TRUE(world.contacts().empty());
+    EXPECT_EQ(world.report().counts.awake, 1) << "it fell";
+}
+
 // A slow creep is motion: a body that drifts steadily must not be frozen in mid-air.
 TEST(Sleep, SlowMotionIsNotRest) {
     Worldd world({.gravity = Vec3d::Zero()});
