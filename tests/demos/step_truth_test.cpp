@@ -94,55 +94,93 @@ TEST_P(StepTruth, DepthIsThatOfThePosesAtTheEndOfTheStep) {
     }
 }
 
-TEST_P(StepTruth, MomentumIsWhatTheImpulsesSay) {
-    for (const char* solver : {"auto", "direct", "gauss_seidel", "nncg", "jacobi"}) {
-        const Scene scene = restless(GetParam(), solver);
-        if (!scene.deformables.empty()) {
+// N s on each body, that contacts, joints and locks say they gave in the last step.
+std::vector<Vec3d> impulsesOf(const Simulation& simulation) {
+    std::vector<Vec3d> impulse(simulation.bodyCount(), Vec3d::Zero());
+    for (const ContactView& contact : simulation.contacts()) {
+        impulse[simulation.indexOf(contact.a)] -= contact.impulse;
+        impulse[simulation.indexOf(contact.b)] += contact.impulse;
+    }
+    for (const JointView& joint : simulation.jointViews()) {
+        const std::array<BodyId, 4> bodies = {joint.a, joint.b, joint.c, joint.d};
+        for (std::size_t k = 0; k < bodies.size(); ++k) {
+            if (bodies[k] != BodyId{}) {
+                impulse[simulation.indexOf(bodies[k])] += joint.impulses[k];
+            }
+        }
+    }
+    for (const LockView& lock : simulation.lockViews()) {
+        impulse[simulation.indexOf(lock.body)] += lock.impulse;
+    }
+    return impulse;
+}
+
+struct Unexplained {
+    double worst = 0;  // N s, of a body in a step, beyond what the body's residual says
+    double whole = 0;  // the same without the residual taken off
+    double scale = 0;  // N s, the largest impulse or change of momentum
+};
+
+// balanced: a solver that pushes all bodies of a row at once. Others leave each body a residual in every sub-step.
+Unexplained unexplainedMomentum(const Scene& scene, bool balanced, int steps) {
+    const std::unique_ptr<Simulation> simulation = makeSimulation(scene);
+    const std::size_t n = simulation->bodyCount();
+    Unexplained result;
+    for (int step = 0; step < steps; ++step) {
+        std::vector<Vec3d> before(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            before[i] = simulation->linearVelocity(i);
+        }
+        const StepReport& report = simulation->step(scene.dt);
+        if (report.counts.ccdHeldBodies > 0 || !report.nonFinite.empty()) {
             continue;
         }
-        const std::unique_ptr<Simulation> simulation = makeSimulation(scene);
-        const std::size_t n = scene.bodies.size();
-        double worst = 0;  // N s
-        double scale = 0;
-        for (int step = 0; step < std::min(60, stepsOf(scene)); ++step) {
-            std::vector<Vec3d> before(n);
-            for (std::size_t i = 0; i < n; ++i) {
-                before[i] = simulation->linearVelocity(i);
-            }
-            const StepReport& report = simulation->step(scene.dt);
-            if (report.counts.ccdHeldBodies > 0 || !report.nonFinite.empty()) {
+        int substeps = 1;
+        for (const IslandReport& island : report.islands) {
+            substeps = std::max(substeps, island.substeps);
+        }
+        const std::vector<Vec3d> impulse = impulsesOf(*simulation);
+        std::vector<double> residual(n, 0);  // sqrt(J), of its worst sub-step
+        for (const BodyErrorView& error : simulation->bodyErrors()) {
+            residual[simulation->indexOf(error.id)] = error.residualMomentum;
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            const BodyDef def = i < scene.bodies.size() ? scene.bodies[i] : BodyDef{};
+            if (def.type != BodyType::Dynamic || def.linearDamping > 0) {
                 continue;
             }
-            std::vector<Vec3d> impulse(n, Vec3d::Zero());
-            for (const ContactView& contact : simulation->contacts()) {
-                impulse[simulation->indexOf(contact.a)] -= contact.impulse;
-                impulse[simulation->indexOf(contact.b)] += contact.impulse;
-            }
-            for (const JointView& joint : simulation->jointViews()) {
-                impulse[simulation->indexOf(joint.a)] += joint.impulses[0];
-                impulse[simulation->indexOf(joint.b)] += joint.impulses[1];
-            }
-            std::vector<double> residual(n, 0);  // sqrt(J)
-            for (const BodyErrorView& error : simulation->bodyErrors()) {
-                residual[simulation->indexOf(error.id)] = error.residualMomentum;
-            }
-            for (std::size_t i = 0; i < n; ++i) {
-                const BodyDef& def = scene.bodies[i];
-                const bool isLocked = def.lockLinear[0] || def.lockLinear[1] || def.lockLinear[2];
-                if (def.type != BodyType::Dynamic || isLocked || def.linearDamping > 0) {
-                    continue;
-                }
-                const double m = simulation->mass(i);
-                const Vec3d explained = impulse[i] + m * def.gravityScale * scene.dt * scene.world.gravity;
-                const Vec3d gained = m * (simulation->linearVelocity(i) - before[i]);
-                // What next to rests may be brought to rest, and the body's residual says so.
-                constexpr double slow = 5e-4;  // m/s
-                const double told = before[i].norm() < slow ? std::sqrt(m) * residual[i] : 0;
-                worst = std::max(worst, (gained - explained).norm() - told);
-                scale = std::max({scale, impulse[i].norm(), gained.norm()});
-            }
+            const double m = simulation->mass(i);
+            const Vec3d explained = impulse[i] + m * def.gravityScale * scene.dt * scene.world.gravity;
+            const Vec3d gained = m * (simulation->linearVelocity(i) - before[i]);
+            // What next to rests may be brought to rest, and the body's residual says so.
+            constexpr double slow = 5e-4;  // m/s
+            const double share = !balanced ? substeps : before[i].norm() < slow ? 1 : 0;
+            const double off = (gained - explained).norm();
+            result.worst = std::max(result.worst, off - share * std::sqrt(m) * residual[i]);
+            result.whole = std::max(result.whole, off);
+            result.scale = std::max({result.scale, impulse[i].norm(), gained.norm()});
         }
-        EXPECT_LE(worst, 1e-9 * std::max(1.0, scale)) << solver << ", N s";
+    }
+    return result;
+}
+
+TEST_P(StepTruth, MomentumIsWhatTheImpulsesSay) {
+    for (const SolverInfo& solver : solverList()) {
+        const bool balanced = solver.name != std::string("vbd") && solver.name != std::string("avbd");
+        Scene scene = restless(GetParam(), solver.name);
+        for (DeformableDef& deformable : scene.deformables) {
+            // No view tells what the air took.
+            std::visit([](auto& def) { def.airDamping = 0; }, deformable);
+        }
+        const Unexplained momentum = unexplainedMomentum(scene, balanced, std::min(60, stepsOf(scene)));
+        if (std::getenv("CAIRN_TEST_PRINT") != nullptr) {
+            std::printf("    %-14s %-14s %10.3g N s unexplained, %10.3g beyond the residuals, of %.3g\n",
+                        GetParam().c_str(), solver.name, momentum.whole, momentum.worst, momentum.scale);
+        }
+        // nonlinear_gs turns its rows with the bodies from sweep to sweep, and tells what the same impulses would have
+        // given along the rows as they were at the start of the sub-step: most where a rope swings.
+        const double share = solver.name == std::string("nonlinear_gs") ? 0.12 : 1e-9;
+        EXPECT_LE(momentum.worst, share * std::max(1.0, momentum.scale)) << solver.name << ", N s";
     }
 }
 
