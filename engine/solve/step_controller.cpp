@@ -90,6 +90,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
             one.truncated = true;
         }
         const bool goesOn = learn(one);
+        one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
             balance.close(problem_, h, one);
             isFirst = false;

@@ -65,6 +65,7 @@ inline const SolverTraits& traitsOf(const SolverDef& solver) {
         // name          substeps exact balanced stacks  give    creep   force massRatio
         {"auto",          1,      true,  true,   true,   2e-6,   5e-6,   1e-5, 1000},
         {"direct",        1,      true,  true,   true,   2e-6,   5e-6,   1e-5, 1000},
+        {"hybrid",        4,      false, true,   true,   1e-4,   5e-6,   1e-3, 1000},
         {"gauss_seidel",  8,      false, true,   true,   1.4e-3, 5e-6,   1e-3, 1},
         {"nncg",          4,      false, true,   true,   6e-4,   5e-6,   1e-5, 1},
         {"cluster",       2,      false, true,   true,   6e-3,   5e-6,   1e-3, 1},

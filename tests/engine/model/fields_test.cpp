@@ -269,8 +269,8 @@ TEST(Fields, ByNameErrorsSayWhatToDo) {
               "solver.linearSolver = optimal: give a linear solver (how the linear systems of Newton's iterations are "
               "solved)");
     EXPECT_EQ(words([] { solverNamed("gauss"); }),
-              "solver.name = \"gauss\": give one of auto, direct, gauss_seidel, nncg, cluster, jacobi, nonlinear_gs, "
-              "xpbd, vbd, avbd");
+              "solver.name = \"gauss\": give one of auto, direct, hybrid, gauss_seidel, nncg, cluster, jacobi, "
+              "nonlinear_gs, xpbd, vbd, avbd");
 }
 
 TEST(Fields, AnotherSolverTakesTheNumbersThatItHasToo) {

@@ -364,6 +364,7 @@ Worldd contactScene(const std::string& name, const SolverDef& solver, std::vecto
 // Enough of each, measured on these scenes: substeps x iterations.
 SolverDef enough(const SolverDef& named) {
     static const std::map<std::string, SolverDef> table = {
+        {"hybrid", HybridDef{.substeps = 24}},
         {"gauss_seidel", GaussSeidelDef{.substeps = 24, .iterations = 4}},
         {"nncg", NncgDef{.substeps = 8, .iterations = 20}},
         {"jacobi", JacobiDef{.substeps = 24, .iterations = 8}},
