@@ -1,5 +1,7 @@
 #include "command/command.hpp"
+#include "engine/model/describe.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
@@ -9,6 +11,10 @@ namespace {
 
 bool looksLikeFile(const std::string& text) {
     return text.find('/') != std::string::npos || text.ends_with(".json") || std::filesystem::is_regular_file(text);
+}
+
+std::vector<std::string> narrowPhaseWords() {
+    return {Words<NarrowPhase>::list.begin(), Words<NarrowPhase>::list.end()};
 }
 
 // Throws InputError naming the nearest file beside the one that is missing.
@@ -72,6 +78,10 @@ void addSceneChoice(CLI::App& command, SceneArguments& arguments) {
     command.add_option("--set", arguments.set, "NAME=VALUE: a parameter of a built-in scene; may be repeated");
     command.add_option("--dt", arguments.dt, "step, s; the scene says otherwise")->check(CLI::Range(1e-6, 1.0));
     command.add_option("--threads", arguments.threads, "threads")->check(CLI::PositiveNumber);
+    command
+        .add_option("--narrow-phase", arguments.narrowPhase,
+                    "auto, own or fcl: who tells how deep shapes overlap; the scene says otherwise")
+        ->check(CLI::IsMember(narrowPhaseWords()));
 }
 
 void addSceneOptions(CLI::App& command, SceneArguments& arguments) {
@@ -124,6 +134,11 @@ Scene openScene(const SceneArguments& arguments) {
     }
     scene.seconds = arguments.seconds.value_or(scene.seconds);
     scene.dt = arguments.dt.value_or(scene.dt);
+    if (arguments.narrowPhase) {
+        const auto& words = Words<NarrowPhase>::list;
+        scene.world.narrowPhase =
+            static_cast<NarrowPhase>(std::ranges::find(words, *arguments.narrowPhase) - words.begin());
+    }
     SolverDef& solver = scene.world.solver;
     if (arguments.solver) {
         // Of the scene's numbers, those that are for another solver alone go with it.

@@ -35,6 +35,7 @@ struct SceneArguments {
     std::vector<std::string> set;   // NAME=VALUE
     std::optional<double> seconds;  // s
     std::optional<double> dt;       // s
+    std::optional<std::string> narrowPhase;
     std::optional<std::string> solver;
     std::optional<int> substeps;
     std::optional<int> iterations;
@@ -47,7 +48,8 @@ struct SceneArguments {
     Precision precisionValue() const { return precision == "float" ? Precision::Float : Precision::Double; }
 };
 void addSceneOptions(CLI::App& command, SceneArguments& arguments);
-// Those of them that say which scene and leave open how it is solved: scene, --set, --dt, --threads.
+// Those of them that say which scene and leave open how it is solved: scene, --set, --dt, --threads,
+// --narrow-phase.
 void addSceneChoice(CLI::App& command, SceneArguments& arguments);
 // For transform(): 0.001, 1mm, 50um into m; 0.002, 2ms, 500us into s.
 CLI::AsNumberWithUnit lengthUnit();

@@ -64,7 +64,9 @@ Json resultJson(const RunResult& r) {
                     {"narrow_shape_pairs", r.narrow.shapePairs},
                     {"narrow_completed", r.narrow.completed},
                     {"narrow_repaired_normals", r.narrow.repairedNormals},
-                    {"narrow_repaired_failures", r.narrow.repairedFailures}};
+                    {"narrow_repaired_failures", r.narrow.repairedFailures},
+                    {"narrow_through_fcl", r.narrow.throughFcl},
+                    {"narrow_repaired_fcl", r.narrow.repairedFcl}};
     if (!r.qualityLevels.empty()) {
         json["quality_levels"] = r.qualityLevels;
         json["max_work"] = r.maxWork;

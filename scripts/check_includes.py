@@ -46,7 +46,7 @@ LAYERS = {
 # fits counts. They include each other by the same rule, and nothing else of the project.
 PUBLIC = [
     ("base", ["id", "input_error", "jobs", "pose", "triangle_mesh", "types", "version"]),
-    ("collision", ["narrow_counts", "shape_query", "shapes"]),
+    ("collision", ["narrow_counts", "narrow_phase", "shape_query", "shapes"]),
     ("assets", ["assets", "assets/*"]),
     ("render", ["render", "render/*"]),
     ("engine/model", ["*"]),

@@ -11,7 +11,9 @@ set(CAIRN_SLOW_command
     Command.StudyWritesTablesFiguresAndJson
     Command.TuneKilledGoesOn)
 set(CAIRN_SLOW_demos
+    ByFcl/Rooms.NothingIsLostOrStuck/*
     Scenes/Rooms.NothingIsLostOrStuck/*
+    Scenes/StepTruth.DepthByFclIsNearTheExactOne/*
     Scenes/StepTruth.DepthIsThatOfThePosesAtTheEndOfTheStep/*
     Scenes/StepTruth.MomentumIsWhatTheImpulsesSay/*)
 set(CAIRN_SLOW_engine
@@ -28,6 +30,7 @@ set(CAIRN_SLOW_engine
     Forecast.SweepsOfTwoHundredScenes
     Springs.SagAndDecayAsStiffnessAndDampingSay)
 set(CAIRN_SLOW_golden
+    ByFcl/Golden.LooksAsBefore/*
     Scenes/Golden.LooksAsBefore/*)
 set(CAIRN_SLOW_render
     CompareImages.forgivesAFractionOfAPixel

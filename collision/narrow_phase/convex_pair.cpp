@@ -181,15 +181,33 @@ void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAns
     }
 }
 
+GjkAnswer nearestCores(const Convex& a, const Convex& b, const Vec3d& likely, double margin, bool byFcl,
+                       Scratch& scratch, NarrowCounts& counts) {
+    const double scale = a.kind == ShapeKind::Mesh ? scaleOf(b) : std::min(scaleOf(a), scaleOf(b));
+    if (byFcl) {
+        ++counts.throughFcl;
+        if (const std::optional<GjkAnswer> said = checkedFcl(a, b, scale, margin, scratch)) {
+            return *said;
+        }
+        ++counts.repairedFcl;
+    }
+    const Vec3d start = likely.isZero(0) ? Vec3d(centreOf(b) - centreOf(a)) : likely;
+    const GjkAnswer apart = gjk(a, b, start, Vec3d::Zero(), margin + a.radius + b.radius);
+    return apart.state != GjkAnswer::State::Overlap ? apart : minPenetration(a, b, likely, scale, scratch, counts);
+}
+
 bool convexPair(const Convex& a, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
                 WorkManifold& out) {
-    const double scale = std::min(scaleOf(a), scaleOf(b));
-    const GjkAnswer apart = gjk(a, b, centreOf(b) - centreOf(a), Vec3d::Zero(), margin + a.radius + b.radius);
-    if (apart.state == GjkAnswer::State::Beyond) {
+    return convexManifold(a, b, nearestCores(a, b, Vec3d::Zero(), margin, false, scratch, counts), margin, scratch,
+                          counts, out);
+}
+
+bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, double margin, Scratch& scratch,
+                    NarrowCounts& counts, WorkManifold& out) {
+    if (near.state == GjkAnswer::State::Beyond) {
         return false;
     }
-    const bool disjoint = apart.state == GjkAnswer::State::Apart;
-    const GjkAnswer near = disjoint ? apart : minPenetration(a, b, Vec3d::Zero(), scale, scratch, counts);
+    const double scale = std::min(scaleOf(a), scaleOf(b));
     const Vec3d& n = near.normal;
     OverlapOf overlap{a, b};
     const double depth = overlap(n);

@@ -98,8 +98,8 @@ enum class Touch { None, Face, Edge, Inner };
 
 // How the shape touches the triangle: with its face, over an edge that can be touched, or over one that cannot (Inner:
 // corners tells which corners carry the nearest place). Face and Edge have added their points.
-Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
-                     Clusters& clusters, unsigned& corners) {
+Touch convexTriangle(const Triangle& t, const Convex& b, double margin, bool byFcl, Scratch& scratch,
+                     NarrowCounts& counts, Clusters& clusters, unsigned& corners) {
     const Convex a = makeTriangle(t.corners[0], t.corners[1], t.corners[2]);
     OverlapOf overlap{a, b};
     const double faceDepth = overlap(t.face);
@@ -114,12 +114,10 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, Scratch&
         addFace(t, scratch, clusters);
         return scratch.candidates.empty() ? Touch::None : Touch::Face;
     }
-    const GjkAnswer apart = gjk(a, b, t.face, Vec3d::Zero(), margin + b.radius);
-    if (apart.state == GjkAnswer::State::Beyond) {
+    const GjkAnswer near = nearestCores(a, b, t.face, margin, byFcl, scratch, counts);
+    if (near.state == GjkAnswer::State::Beyond) {
         return Touch::None;
     }
-    const GjkAnswer near =
-        apart.state == GjkAnswer::State::Apart ? apart : minPenetration(a, b, t.face, scale, scratch, counts);
     const Vec3d& n = near.normal;
     const double depth = overlap(n);
     const double upright = n.dot(t.face);
@@ -189,7 +187,7 @@ std::uint32_t manifoldId(const Vec3d& n) {
 
 }  // namespace
 
-void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+void meshAgainst(const Shape& mesh, const Convex& b, double margin, bool byFcl, Scratch& scratch, NarrowCounts& counts,
                  std::vector<WorkManifold>& out) {
     scratch.triangles.clear();
     findTriangles(mesh, boxOf(b).grown(margin), scratch.triangles);
@@ -216,7 +214,7 @@ void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scr
             continue;
         }
         unsigned corners = 0;
-        const Touch touch = convexTriangle(t, b, margin, scratch, counts, clusters, corners);
+        const Touch touch = convexTriangle(t, b, margin, byFcl, scratch, counts, clusters, corners);
         if (touch == Touch::Inner) {
             waiting.emplace_back(t, corners);
         } else if (touch != Touch::None) {

@@ -56,31 +56,71 @@ std::vector<WorkManifold>& manifoldsOfThread() {
     return manifolds;
 }
 
+// Whether FCL is asked. `auto` asks it for no pair: for none is it as fast, or nearer to the exact answer
+// (docs/collision.md, `cairn study narrow_phase`).
+bool goesToFcl(NarrowPhase which) {
+    return which == NarrowPhase::Fcl;
+}
+
+// By closed forms and searches of our own.
+bool ownPair(const Convex& a, const Convex& b, double margin, const Vec3d& lastNormal, Scratch& scratch,
+             NarrowCounts& counts, WorkManifold& out) {
+    if (b.kind == ShapeKind::Sphere) {
+        return sphereAgainst(a, b, margin, lastNormal, counts, out);
+    }
+    if (a.kind == ShapeKind::Box && b.kind == ShapeKind::Box) {
+        return boxBox(a, b, margin, scratch, counts, out);
+    }
+    if (a.kind == ShapeKind::Capsule) {
+        return capsuleCapsule(a, b, margin, lastNormal, counts, out);
+    }
+    return convexPair(a, b, margin, scratch, counts, out);
+}
+
+// By FCL's direction and depth; by our own where it has none or a wrong one.
+bool fclPair(const Convex& a, const Convex& b, double margin, const Vec3d& lastNormal, Scratch& scratch,
+             NarrowCounts& counts, WorkManifold& out) {
+    ++counts.throughFcl;
+    const std::optional<GjkAnswer> said = checkedFcl(a, b, std::min(scaleOf(a), scaleOf(b)), margin, scratch);
+    if (!said) {
+        ++counts.repairedFcl;
+        return ownPair(a, b, margin, lastNormal, scratch, counts, out);
+    }
+    if (b.kind != ShapeKind::Sphere || said->state == GjkAnswer::State::Beyond) {
+        return convexManifold(a, b, *said, margin, scratch, counts, out);
+    }
+    const Vec3d onA = said->onA + a.radius * said->normal;
+    const Vec3d onB = b.position - b.radius * said->normal;
+    out.normal = said->normal;
+    out.reference = -1;
+    out.count = 1;
+    out.points[0] = {onA, onB, (onB - onA).dot(out.normal), 1};
+    return true;
+}
+
 // Asks the pair's method. `first` has the lower rank and stands at the origin of the work frame.
-void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, const Vec3d& lastNormal,
-         NarrowCounts& counts, std::vector<WorkManifold>& out) {
+void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, NarrowPhase which,
+         const Vec3d& lastNormal, NarrowCounts& counts, std::vector<WorkManifold>& out) {
     Scratch& scratch = scratchOfThread();
     const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
+    const bool byFcl = goesToFcl(which);
     if (isSurface(first.kind)) {
-        meshAgainst(first, b, margin, scratch, counts, out);
+        meshAgainst(first, b, margin, byFcl, scratch, counts, out);
         return;
     }
     ++counts.shapePairs;
     WorkManifold manifold;
     bool near = false;
     if (first.kind == ShapeKind::HalfSpace) {
+        if (byFcl && second.kind != ShapeKind::Hull) {
+            ++counts.throughFcl;
+            counts.repairedFcl += isFclRightInHalfSpace(first.size, first.offset, b, margin) ? 0 : 1;
+        }
         near = halfSpaceAgainst(first.size, first.offset, b, margin, scratch, manifold);
     } else {
         const Convex a = makeConvex(first);
-        if (second.kind == ShapeKind::Sphere) {
-            near = sphereAgainst(a, b, margin, lastNormal, counts, manifold);
-        } else if (first.kind == ShapeKind::Box && second.kind == ShapeKind::Box) {
-            near = boxBox(a, b, margin, scratch, counts, manifold);
-        } else if (first.kind == ShapeKind::Capsule) {
-            near = capsuleCapsule(a, b, margin, lastNormal, counts, manifold);
-        } else {
-            near = convexPair(a, b, margin, scratch, counts, manifold);
-        }
+        near = byFcl ? fclPair(a, b, margin, lastNormal, scratch, counts, manifold)
+                     : ownPair(a, b, margin, lastNormal, scratch, counts, manifold);
         near = near && !isInternalEdge(a, b, scratch, manifold);
     }
     if (near) {
@@ -151,13 +191,13 @@ bool remembers(const OrderedPair& pair) {
 }
 
 // The pair's manifolds in its work frame; where its method fails, one that parts the shapes all the same.
-const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, const Vec3d& lastNormal,
-                                        NarrowCounts& counts) {
+const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, NarrowPhase which,
+                                        const Vec3d& lastNormal, NarrowCounts& counts) {
     std::vector<WorkManifold>& manifolds = manifoldsOfThread();
     manifolds.clear();
     bool failed = false;
     try {
-        ask(pair.first, pair.second, pair.firstFromSecond, margin, lastNormal, counts, manifolds);
+        ask(pair.first, pair.second, pair.firstFromSecond, margin, which, lastNormal, counts, manifolds);
     } catch (const std::exception&) {
         failed = true;
     }
@@ -196,7 +236,7 @@ Manifold inBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t 
 }  // namespace
 
 void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
-             std::vector<Manifold>& out, NarrowCounts& counts) {
+             std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which) {
     const Frame bodies = frameOf(aFromB);
     const Frame bodiesBack = bodies.inverse();
     const bool cull = a.size() > 1 || b.size() > 1;
@@ -234,7 +274,7 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
             const Vec3d lastNormal =
                 last != nullptr ? Vec3d(bodyAFromFirst.rotation.transpose() * last->normal) : Vec3d(Vec3d::Zero());
             ++counts.calls;
-            const std::vector<WorkManifold>& manifolds = answer(pair, margin, lastNormal, counts);
+            const std::vector<WorkManifold>& manifolds = answer(pair, margin, which, lastNormal, counts);
             for (const WorkManifold& m : manifolds) {
                 out.push_back(inBodies(m, pair, i, j));
             }

@@ -3,6 +3,7 @@
 // direction of a mesh). Everything is computed and answered in the pair's own frames, so that far from the origin is as
 // good as near it.
 #include <cairn/narrow_counts.hpp>
+#include <cairn/narrow_phase.hpp>
 #include <cairn/shapes.hpp>
 
 #include <array>
@@ -45,7 +46,7 @@ struct PairCache {
 // does not flicker and the solver can stop a body before it touches. Thread-safe for different caches. Never throws: a
 // pair that no method can answer is repaired and counted. Poses must be finite.
 void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
-             std::vector<Manifold>& out, NarrowCounts& counts);
+             std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which = NarrowPhase::Auto);
 
 // The triangle of a mesh or height field on which a contact point lies: that of the mesh as it was given, or of the
 // field as HeightField counts them; of those that meet there the one that faces most along `outward` (unit), of these

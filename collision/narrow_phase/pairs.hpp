@@ -5,6 +5,8 @@
 #include "collision/narrow_phase/manifold.hpp"
 #include "collision/shapes/triangles.hpp"
 
+#include <optional>
+
 namespace cairn {
 
 // box_box.cpp
@@ -22,6 +24,19 @@ bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, doubl
 // convex_pair.cpp: any two convex shapes
 bool convexPair(const Convex& a, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
                 WorkManifold& out);
+// The same where it is known how they lie to each other.
+bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, double margin, Scratch& scratch,
+                    NarrowCounts& counts, WorkManifold& out);
+
+// How two convex shapes lie to each other: the nearest points of the cores, or the direction in which they overlap
+// least. Beyond: farther apart than the margin. likely: as minPenetration's. byFcl: ask FCL first.
+GjkAnswer nearestCores(const Convex& a, const Convex& b, const Vec3d& likely, double margin, bool byFcl,
+                       Scratch& scratch, NarrowCounts& counts);
+
+// checked_fcl.cpp: the same by FCL. Nothing: it has no answer, or a wrong one. scale: a length of the smaller shape, m.
+std::optional<GjkAnswer> checkedFcl(const Convex& a, const Convex& b, double scale, double margin, Scratch& scratch);
+// Whether FCL knows how deep a shape is in a half-space. Hulls, of which it wants a copy, it is not asked for.
+bool isFclRightInHalfSpace(const Vec3d& normal, double offset, const Convex& b, double margin);
 
 // Minimal penetration of overlapping cores: the least overlap over all flat faces of both, the centre line and a search
 // over all directions, or MPR where that ends without proof, then descent from the best of them. likely: unit, a
@@ -48,7 +63,7 @@ struct SurfacePoint {
 SurfacePoint nearestSurface(const Convex& shape, const Vec3d& point);
 
 // mesh_manifold.cpp: a mesh or height field and a convex shape; appends one manifold a direction.
-void meshAgainst(const Shape& mesh, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
+void meshAgainst(const Shape& mesh, const Convex& b, double margin, bool byFcl, Scratch& scratch, NarrowCounts& counts,
                  std::vector<WorkManifold>& out);
 
 }  // namespace cairn

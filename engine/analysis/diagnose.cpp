@@ -341,8 +341,8 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
     broadPhase.update(*jobs);
     // Tables of its own: what the world keeps from step to step stays as it is.
     ContactTable<S> found;
-    found.update(broadPhase.pairs(), bodies, {def.contactMargin, static_cast<double>(dt), def.manifoldReuseDistance},
-                 *jobs);
+    found.update(broadPhase.pairs(), bodies,
+                 {def.contactMargin, static_cast<double>(dt), def.manifoldReuseDistance, def.narrowPhase}, *jobs);
     Islands<S> parts;
     parts.rebuild(bodies, awake, joints, found, false);
     const WorldTables<S> tables{bodies, joints, found, parts, {def.gravity.cast<S>(), def.gyroscopic, false}};

@@ -292,7 +292,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     // Many boxes meet whose balls are apart: the narrow phase would find nothing.
     if ((a.pose.position - b.pose.position).template cast<double>().norm() <=
         a.body->kind->radius + b.body->kind->radius + margin) {
-        collide(a.body->kind->def.shapes, b.body->kind->def.shapes, aFromB, margin, pair.cache, found, counts);
+        collide(a.body->kind->def.shapes, b.body->kind->def.shapes, aFromB, margin, pair.cache, found, counts,
+                speculative.narrowPhase);
     }
     // What is beside the motion cannot be met.
     double known = margin;

@@ -158,6 +158,7 @@ struct SpeculativeBounds {
     double margin = 0;
     double dt = 0;
     double reuseDistance = 0;  // m, of WorldDef::manifoldReuseDistance
+    NarrowPhase narrowPhase = NarrowPhase::Auto;
 };
 
 // One body of a pair where it is now.

@@ -28,6 +28,11 @@ struct Words<GyroscopicRule> {
     static constexpr std::array list = {"none", "explicit", "restored_momentum", "midpoint", "runge_kutta"};
 };
 template <>
+struct Words<NarrowPhase> {
+    static constexpr const char* what = "a narrow phase";
+    static constexpr std::array list = {"auto", "own", "fcl"};
+};
+template <>
 struct Words<Continuous> {
     static constexpr const char* what = "a rule of continuous collision";
     static constexpr std::array list = {"auto", "always", "never"};
@@ -148,6 +153,8 @@ void describe(A& a, WorldDef& d) {
     a.field("threads", d.threads, {"worker threads; they never change the result", 1, 1024});
     a.field("contactMargin", d.contactMargin,
             {.text = "m: gap at which contacts are looked for", .min = 0, .above = true});
+    a.field("narrowPhase", d.narrowPhase,
+            {"who tells how deep shapes overlap: own, fcl, or auto, the better one pair by pair"});
     a.field("manifoldReuseDistance", d.manifoldReuseDistance,
             {"m: bodies that moved no farther against each other keep their contact points", 0});
     a.field("continuousShare", d.continuousShare,

@@ -29,7 +29,8 @@ struct SolveRequest {
     double contactMargin = 0;          // m
     double manifoldReuseDistance = 0;  // m
     double workPerRow = 0;             // as SubstepLimits, where no error is asked for
-    int subdivisions = 1;              // where no tolerance is asked: of islands whose error is worth it
+    NarrowPhase narrowPhase = NarrowPhase::Auto;
+    int subdivisions = 1;  // where no tolerance is asked: of islands whose error is worth it
 };
 
 template <class S>
@@ -67,7 +68,7 @@ private:
     void lookAgain(S dt, Solution& solution, NarrowCounts& narrow);
     void calmDown(double over);
     SpeculativeBounds bounds(S dt) const {
-        return {request_.contactMargin, static_cast<double>(dt), request_.manifoldReuseDistance};
+        return {request_.contactMargin, static_cast<double>(dt), request_.manifoldReuseDistance, request_.narrowPhase};
     }
 
     const WorldTables<S>& world_;

@@ -90,7 +90,8 @@ void World<S>::Impl::move(S dt) {
 
 template <class S>
 void World<S>::Impl::detect(double dt, bool onlyChanged) {
-    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, dt, def.manifoldReuseDistance}, *jobs, onlyChanged);
+    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, dt, def.manifoldReuseDistance, def.narrowPhase},
+                    *jobs, onlyChanged);
     report.counts.narrow += contacts.counts();
     report.counts.carriedPairs = contacts.carried();
     detectedFor = onlyChanged ? std::min(dt, detectedFor) : dt;
@@ -372,7 +373,12 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
 template <class S>
 void World<S>::Impl::solveIslands(S dt) {
     const std::vector<Island>& active = islands.awake();
-    SolveRequest request{def.accuracy, def.contactMargin, def.manifoldReuseDistance, kneeWorkPerRow(rowsToSolve()), 1};
+    SolveRequest request{def.accuracy,
+                         def.contactMargin,
+                         def.manifoldReuseDistance,
+                         kneeWorkPerRow(rowsToSolve()),
+                         def.narrowPhase,
+                         1};
     Solver<S>& by = solverOf(request);
     shareWork();
     narrow_ = {};

@@ -3,6 +3,7 @@
 // Units: m, kg, s, rad. Everything is in world space at the time of adding unless a comment says otherwise.
 #include <cairn/id.hpp>
 #include <cairn/jobs.hpp>
+#include <cairn/narrow_phase.hpp>
 #include <cairn/shapes.hpp>
 #include <cairn/solvers.hpp>
 
@@ -115,6 +116,8 @@ struct WorldDef {
     int threads = 1;                       // of the built-in job system, when `jobs` is null
     std::shared_ptr<JobSystem> jobs = {};  // a game's own
     double contactMargin = 0.01;           // m: gap at which contacts are looked for
+    // Who tells how deep two shapes overlap, and in which direction. `fcl` costs more and proves less.
+    NarrowPhase narrowPhase = NarrowPhase::Auto;
     // m: a pair keeps its contact points while no point of the smaller body has moved farther against the other one
     // since they were found, nor by more than 0.1 % of its radius, nor rolled; their separations follow the bodies. 0:
     // every pair that moves is asked in every step.

@@ -106,6 +106,7 @@ const Case cases[] = {
     {WORLD(R"("solver": {"name": "direct", "chebyshev": false})"), "bad.json:/world/solver/chebyshev", "false with the solver \"direct\", which does not take it", "leave it out, or use one that does: jacobi"},
     {WORLD(R"("solver": {"penalty": 1})"), "bad.json:/world/solver/penalty", "1 with the solver \"auto\"", "vbd, avbd"},
     {WORLD(R"("gyroscopic": "midpiont")"), "bad.json:/world/gyroscopic", "midpiont", "midpoint"},
+    {WORLD(R"("narrowPhase": "flc")"), "bad.json:/world/narrowPhase", "flc", "fcl"},
     {WORLD(R"("solver": {"warmStart": 1.1})"), "bad.json:/world/solver/warmStart", "1.1", "at most 1"},
     {SHAPE(R"({"sphere": {"radius": 0}})"), "bad.json:/bodies/0/shapes/0/sphere/radius", "0", "at least 0.0005"},
     {SHAPE(R"({"sphere": {"radius": -1}})"), "bad.json:/bodies/0/shapes/0/sphere/radius", "-1", "at least 0.0005"},

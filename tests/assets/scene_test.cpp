@@ -209,6 +209,7 @@ void expectSame(const Scene& a, const Scene& b) {
     EXPECT_EQ(solverName(a.world.solver), solverName(b.world.solver));
     expectSame(numbersOf(a.world.solver), numbersOf(b.world.solver));
     EXPECT_EQ(a.world.gyroscopic, b.world.gyroscopic);
+    EXPECT_EQ(a.world.narrowPhase, b.world.narrowPhase);
     EXPECT_EQ(a.world.sleep.enabled, b.world.sleep.enabled);
     expectBits(a.world.sleep.distance, b.world.sleep.distance, "sleep distance");
     expectBits(a.world.sleep.time, b.world.sleep.time, "sleep time");
@@ -276,6 +277,7 @@ Scene everyField(const std::string& solver = "gauss_seidel") {
                                              .directWork = chance.number(),
                                              .gyroscopicInertia = true});
     scene.world.gyroscopic = GyroscopicRule::RungeKutta;
+    scene.world.narrowPhase = NarrowPhase::Fcl;
     scene.world.sleep = {false, chance.number(), chance.number()};
     scene.world.threads = 3;
     scene.world.contactMargin = chance.number();

@@ -118,6 +118,15 @@ TEST_F(Command, RunTakesItsOptions) {
     EXPECT_FALSE(json.contains("bodies"));
 }
 
+TEST_F(Command, RunTakesItsNarrowPhase) {
+    const std::string base = "tower --set n=3 --set kind=1 --seconds 0.25";
+    const nlohmann::json own = runJson(base).at("work");
+    EXPECT_EQ(own.at("narrow_through_fcl"), 0);
+    EXPECT_EQ(runJson(base + " --narrow-phase own").at("work"), own);
+    EXPECT_GT(runJson(base + " --narrow-phase fcl").at("work").at("narrow_through_fcl"), 0);
+    expectUsageError("run tower --narrow-phase flc", "own");
+}
+
 TEST_F(Command, RunSetsTheSolversOtherNumbers) {
     const std::string base = "heavy --set ratio=10 --solver gauss_seidel --iterations 8 --seconds 0.5";
     const nlohmann::json plain = runJson(base);

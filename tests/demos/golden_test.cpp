@@ -15,6 +15,7 @@ struct GoldenCase {
     SceneOverrides overrides;
     double time;  // s; short for scenes in which small differences grow fast
     std::vector<std::string> overlay = {};
+    NarrowPhase narrowPhase = NarrowPhase::Auto;
 };
 
 std::ostream& operator<<(std::ostream& out, const GoldenCase& golden) {
@@ -49,6 +50,18 @@ std::vector<GoldenCase> goldenCases() {
             {"bowl", "bowl", {{"n", 60}}, 0.7}};
 }
 
+// What FCL's narrow phase leads to: boxes that fly apart, rocks and cylinders by its search, kinds of all sorts on
+// triangles.
+std::vector<GoldenCase> fclGoldenCases() {
+    std::vector<GoldenCase> cases = {{"fcl_wall_struck", "wall", {{"ball", 25}}, 0.4},
+                                     {"fcl_tower_rocks", "tower", {{"n", 5}, {"kind", 3}}, 0.5},
+                                     {"fcl_bowl", "bowl", {{"n", 60}}, 0.7}};
+    for (GoldenCase& golden : cases) {
+        golden.narrowPhase = NarrowPhase::Fcl;
+    }
+    return cases;
+}
+
 std::filesystem::path goldenFile(const std::string& name) {
     return std::filesystem::path(CAIRN_SOURCE_DIR) / "tests" / "golden" / (name + ".png");
 }
@@ -67,7 +80,8 @@ class Golden : public testing::TestWithParam<GoldenCase> {};
 
 TEST_P(Golden, LooksAsBefore) {
     const GoldenCase& golden = GetParam();
-    const Scene scene = makeScene(golden.scene, golden.overrides);
+    Scene scene = makeScene(golden.scene, golden.overrides);
+    scene.world.narrowPhase = golden.narrowPhase;
     SceneRun run(scene);
     run.advanceTo(golden.time);
     const Image now = drawer().picture(run.simulation(), scene, parseOverlay(golden.overlay), goldenSize);
@@ -92,6 +106,9 @@ TEST_P(Golden, LooksAsBefore) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Golden, testing::ValuesIn(goldenCases()),
+                         [](const auto& tested) { return tested.param.name; });
+
+INSTANTIATE_TEST_SUITE_P(ByFcl, Golden, testing::ValuesIn(fclGoldenCases()),
                          [](const auto& tested) { return tested.param.name; });
 
 // What the comparison must catch, with the scenes drawn as the golden pictures are.

@@ -14,6 +14,7 @@ struct Room {
     double halfX;  // m
     double halfZ;
     double lowest;  // m, of the ground
+    NarrowPhase narrowPhase = NarrowPhase::Auto;
 };
 
 std::ostream& operator<<(std::ostream& out, const Room& room) {
@@ -26,7 +27,8 @@ class Rooms : public testing::TestWithParam<Room> {};
 TEST_P(Rooms, NothingIsLostOrStuck) {
     const Room& room = GetParam();
     const char* const asked = std::getenv("CAIRN_ROOM_BODIES");
-    const Scene scene = makeScene(room.name, {{"n", asked != nullptr ? std::atof(asked) : 40}});
+    Scene scene = makeScene(room.name, {{"n", asked != nullptr ? std::atof(asked) : 40}});
+    scene.world.narrowPhase = room.narrowPhase;
     const auto simulation = makeSimulation(scene);
     double worst = 0;
     int ccdBodies = 0;
@@ -72,6 +74,11 @@ TEST_P(Rooms, NothingIsLostOrStuck) {
 INSTANTIATE_TEST_SUITE_P(Scenes, Rooms,
                          testing::Values(Room{"stairs", 10, 8, 0}, Room{"terrain", 11.9, 8.9, -0.8},
                                          Room{"bowl", 10, 10, 0}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+INSTANTIATE_TEST_SUITE_P(ByFcl, Rooms,
+                         testing::Values(Room{"stairs", 10, 8, 0, NarrowPhase::Fcl},
+                                         Room{"terrain", 11.9, 8.9, -0.8, NarrowPhase::Fcl},
+                                         Room{"bowl", 10, 10, 0, NarrowPhase::Fcl}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace

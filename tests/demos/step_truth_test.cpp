@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <set>
 
 namespace cairn {
@@ -29,7 +31,8 @@ std::set<Pair> joinedPairs(const Scene& scene) {
 
 // m: the deepest point of any two bodies that may collide, by a narrow phase that remembers nothing. It looks as far as
 // the world does: where a face is preferred to an edge, its points may be pressed in before the edge is met.
-double trueDepth(const Scene& scene, const std::set<Pair>& joined, const Simulation& simulation) {
+double trueDepth(const Scene& scene, const std::set<Pair>& joined, const Simulation& simulation,
+                 NarrowPhase which = NarrowPhase::Own) {
     const double margin = scene.world.contactMargin;
     double deepest = 0;
     std::vector<Aabb> boxes;
@@ -50,7 +53,7 @@ double trueDepth(const Scene& scene, const std::set<Pair>& joined, const Simulat
             PairCache cache;
             manifolds.clear();
             collide(bodyA.shapes, bodyB.shapes, relativePose(simulation.pose(a), simulation.pose(b)), margin, cache,
-                    manifolds, counts);
+                    manifolds, counts, which);
             for (const Manifold& manifold : manifolds) {
                 for (int k = 0; k < manifold.count; ++k) {
                     const double separation = manifold.points[static_cast<std::size_t>(k)].separation;
@@ -92,6 +95,34 @@ TEST_P(StepTruth, DepthIsThatOfThePosesAtTheEndOfTheStep) {
         RecordProperty(solver, std::to_string(worst));
         EXPECT_LE(worst, 1e-9) << solver << ", m, of a depth of up to " << deepest;
     }
+}
+
+// FCL's narrow phase says of its own poses what it says when asked anew, too, and how far that is from the exact depth.
+TEST_P(StepTruth, DepthByFclIsNearTheExactOne) {
+    Scene scene = restless(GetParam(), "auto");
+    scene.world.narrowPhase = NarrowPhase::Fcl;
+    const std::set<Pair> joined = joinedPairs(scene);
+    const std::unique_ptr<Simulation> simulation = makeSimulation(scene);
+    double worst = 0;  // m, against FCL asked anew
+    double off = 0;    // m, against our own
+    double deepest = 0;
+    for (int step = 0; step < std::min(60, stepsOf(scene)); ++step) {
+        const StepReport& report = simulation->step(scene.dt);
+        const double said = report.error.maxPenetration;
+        ASSERT_EQ(report.flags & FlagNonFinite, 0U);
+        const double again = trueDepth(scene, joined, *simulation, NarrowPhase::Fcl);
+        const double exact = trueDepth(scene, joined, *simulation, NarrowPhase::Own);
+        deepest = std::max(deepest, exact);
+        worst = std::max(worst, scene.deformables.empty() ? std::abs(again - said) : again - said);
+        off = std::max(off, scene.deformables.empty() ? std::abs(exact - said) : exact - said);
+    }
+    RecordProperty("off", std::to_string(off));
+    if (std::getenv("CAIRN_TEST_PRINT") != nullptr) {
+        std::printf("    %-20s asked anew %.3g, off the exact depth %.3g of %.3g m\n", GetParam().c_str(), worst, off,
+                    deepest);
+    }
+    EXPECT_LE(worst, 1e-9) << "m, of a depth of up to " << deepest;
+    EXPECT_LE(off, 2e-5 + 0.03 * deepest) << "m, of a depth of up to " << deepest;
 }
 
 // N s on each body, that contacts, joints and locks say they gave in the last step.

@@ -141,6 +141,7 @@ TEST(Fields, EveryRuleIsKept) {
 
 TEST(Fields, WordsBeyondTheListAreRefused) {
     EXPECT_EQ(refusal(WorldDef{.gyroscopic = static_cast<GyroscopicRule>(9)}), "def.gyroscopic");
+    EXPECT_EQ(refusal(WorldDef{.narrowPhase = static_cast<NarrowPhase>(3)}), "def.narrowPhase");
     EXPECT_EQ(refusal(BodyDef{.type = static_cast<BodyType>(-1), .shapes = {unitBox()}}), "def.type");
 }
 
