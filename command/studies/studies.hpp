@@ -7,4 +7,5 @@
 #include "command/studies/extremes.hpp"
 #include "command/studies/figure.hpp"
 #include "command/studies/hanging_chain.hpp"
+#include "command/studies/narrow_phases.hpp"
 #include "command/studies/stacks.hpp"

@@ -1,5 +1,6 @@
 // Every pair of kinds, against a search over directions that shares nothing with the narrow phase, in poses that touch,
 // lie within the margin, overlap a little, overlap deeply, and stand square to each other.
+// Pairs are asked twice, of our own narrow phase and of FCL's.
 // CAIRN_PAIR_POSES=N: N random poses a pair where any answer must be sound (100,000 takes 15 s; 3,000 unless told).
 // CAIRN_PAIR_TRUTH=N: N poses of each sort against the search (8 unless told), CAIRN_PAIR_TABLE=FILE: what was worst.
 #include "tests/collision/narrow_truth.hpp"
@@ -13,81 +14,13 @@
 namespace cairn {
 namespace {
 
-using truth::MinOverlap;
+using namespace truth;
 
 constexpr double margin = 0.02;
 
 int countFrom(const char* variable, int standard) {
     const char* text = std::getenv(variable);
     return text != nullptr ? std::max(1, std::atoi(text)) : standard;
-}
-
-// Kinds that are not convex stand for the plane y = 0, which they are in different ways.
-std::vector<Shape> planes() {
-    TriangleMesh grid;
-    constexpr int n = 24;
-    for (int i = 0; i <= n; ++i) {
-        for (int j = 0; j <= n; ++j) {
-            grid.vertices.emplace_back(0.25 * i - 3, 0, 0.25 * j - 3);
-        }
-    }
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) {
-            const int v = i * (n + 1) + j;
-            grid.triangles.push_back({v, v + 1, v + n + 1});
-            grid.triangles.push_back({v + 1, v + n + 2, v + n + 1});
-        }
-    }
-    return {halfSpace({0, 1, 0}, 0), mesh(grid), heightField(25, 25, std::vector<double>(625, 0.0), 0.25)};
-}
-
-double planeOverlap(const Shape& b, const Posed& pose) {
-    return -(pose * truth::support(b, pose.rotation.conjugate() * Vec3d(-Vec3d::UnitY()))).y();
-}
-
-double overlapAlong(const Shape& a, const Shape& b, const Posed& pose, const Vec3d& n) {
-    // Along another direction than its normal nothing leaves a plane.
-    return isConvex(a.kind) ? truth::overlap(a, b, pose, n) : planeOverlap(b, pose) / std::max(n.y(), 1e-9);
-}
-
-MinOverlap smallest(const Shape& a, const Shape& b, const Posed& pose, int sweep) {
-    return isConvex(a.kind) ? truth::minOverlap(a, b, pose, sweep) : MinOverlap{planeOverlap(b, pose), Vec3d::UnitY()};
-}
-
-enum Sort { Touching, Margin, Shallow, Deep, Square };
-constexpr int sorts = Square + 1;
-constexpr std::array<const char*, sorts> sortNames{"touching", "margin", "shallow", "deep", "square"};
-
-Quatd squareTurn(std::mt19937& random) {
-    return expQuat<double>({0, M_PI / 2 * static_cast<int>(random() % 4), 0}) *
-           expQuat<double>({M_PI / 2 * static_cast<int>(random() % 4), 0, 0});
-}
-
-// A pose of the sort: random, then shifted along the least direction until it overlaps by what is wanted.
-Posed poseOf(Sort sort, const Shape& a, const Shape& b, std::mt19937& random) {
-    const auto uniform = [&](double low, double high) {
-        return std::uniform_real_distribution<double>(low, high)(random);
-    };
-    const double target = sort == Touching  ? 0
-                          : sort == Margin  ? uniform(-0.019, 0)
-                          : sort == Shallow ? uniform(0, 0.01)
-                          : sort == Deep    ? uniform(0.02, 0.2)
-                                            : uniform(-0.01, 0.01);
-    Posed pose;
-    pose.rotation = sort == Square ? squareTurn(random) : truth::randomTurn(random);
-    if (!isConvex(a.kind)) {
-        pose.position = {uniform(-1, 1), 0, uniform(-1, 1)};
-        pose.position.y() = planeOverlap(b, pose) - target;
-        return pose;
-    }
-    const Vec3d d = sort == Square ? Vec3d(squareTurn(random) * Vec3d(Vec3d::UnitX())) : truth::randomDirection(random);
-    pose.position =
-        d * (truth::overlap(a, b, pose, d) - 0.05) + 0.3 * uniform(0, 1) * truth::randomDirection(random).cross(d);
-    for (int i = 0; i < 2; ++i) {  // the second time for what the first shift has changed
-        const MinOverlap minimal = truth::minOverlap(a, b, pose, 200);
-        pose.position += (minimal.overlap - target) * minimal.normal;
-    }
-    return pose;
 }
 
 struct Worst {
@@ -105,25 +38,16 @@ double threadSeconds() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-std::vector<std::pair<Shape, Shape>> pairs() {
-    std::vector<std::pair<Shape, Shape>> all;
-    const std::vector<Shape> convex = truth::convexShapes();
-    for (std::size_t i = 0; i < convex.size(); ++i) {
-        for (std::size_t j = i; j < convex.size(); ++j) {
-            all.emplace_back(convex[i], convex[j]);
-        }
-    }
-    for (const Shape& plane : planes()) {
-        for (const Shape& shape : convex) {
-            all.emplace_back(plane, shape);
-        }
-    }
-    return all;
+constexpr std::size_t pairCount = 49;
+
+// Pairs as our own narrow phase answers them, then the same by FCL's.
+NarrowPhase phaseOf(std::size_t i) {
+    return i < pairCount ? NarrowPhase::Auto : NarrowPhase::Fcl;
 }
 
 std::string pairName(std::size_t i) {
-    const auto [a, b] = pairs()[i];
-    return std::string(name(a.kind)) + "_" + name(b.kind);
+    const auto [a, b] = pairs()[i % pairCount];
+    return std::string(name(a.kind)) + "_" + name(b.kind) + (i < pairCount ? "" : "_by_fcl");
 }
 
 void expectSound(const std::vector<Manifold>& found) {
@@ -145,8 +69,9 @@ bool hasFlatSides(const Shape& s) {
 class EveryPair : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(EveryPair, AgreesWithASearchOverDirections) {
-    const auto [a, b] = pairs()[GetParam()];
-    std::mt19937 random(static_cast<unsigned>(GetParam()) + 1);
+    const auto [a, b] = pairs()[GetParam() % pairCount];
+    std::mt19937 random(static_cast<unsigned>(GetParam() % pairCount) + 1);
+    const NarrowPhase which = phaseOf(GetParam());
     const int count = countFrom("CAIRN_PAIR_TRUTH", 8);
     std::array<Worst, sorts> worst;
     for (int s = 0; s < sorts; ++s) {
@@ -158,7 +83,10 @@ TEST_P(EveryPair, AgreesWithASearchOverDirections) {
             const MinOverlap truth = smallest(a, b, pose, 400);
             SCOPED_TRACE(std::string(sortNames[static_cast<std::size_t>(s)]) + " " + std::to_string(i) + ", overlap " +
                          std::to_string(truth.overlap));
-            const auto found = swap ? truth::ask(b, a, pose.inverse(), margin) : truth::ask(a, b, pose, margin);
+            PairCache cache;
+            NarrowCounts counts;
+            const auto found = swap ? truth::ask(b, a, pose.inverse(), margin, cache, counts, which)
+                                    : truth::ask(a, b, pose, margin, cache, counts, which);
             expectSound(found);
             if (found.empty()) {
                 // Between flat sides, a strip of under a millimetre is culled as an internal edge.
@@ -203,7 +131,7 @@ TEST_P(EveryPair, AgreesWithASearchOverDirections) {
             const double start = threadSeconds();
             for (std::size_t i = 0; i < poses.size(); ++i) {
                 out.clear();
-                collide({&a, 1}, {&b, 1}, poses[i], margin, caches[i], out, counts);
+                collide({&a, 1}, {&b, 1}, poses[i], margin, caches[i], out, counts, which);
             }
             smallest = std::min(smallest, threadSeconds() - start);
         }
@@ -246,8 +174,8 @@ bool surelyOverlap(const Shape& a, const Shape& b, const Posed& pose) {
 }
 
 TEST_P(EveryPair, AnswersAnyPose) {
-    const auto [a, b] = pairs()[GetParam()];
-    std::mt19937 random(static_cast<unsigned>(GetParam()) + 1000);
+    const auto [a, b] = pairs()[GetParam() % pairCount];
+    std::mt19937 random(static_cast<unsigned>(GetParam() % pairCount) + 1000);
     const int count = countFrom("CAIRN_PAIR_POSES", 3000);
     NarrowCounts counts;
     int overlapping = 0;
@@ -260,8 +188,8 @@ TEST_P(EveryPair, AnswersAnyPose) {
             pose.position.y() = std::abs(pose.position.y());
         }
         const bool swap = i % 2 == 1;
-        const auto found = swap ? truth::ask(b, a, pose.inverse(), margin, cache, counts)
-                                : truth::ask(a, b, pose, margin, cache, counts);
+        const auto found = swap ? truth::ask(b, a, pose.inverse(), margin, cache, counts, phaseOf(GetParam()))
+                                : truth::ask(a, b, pose, margin, cache, counts, phaseOf(GetParam()));
         expectSound(found);
         if (surelyOverlap(a, b, pose)) {
             ++overlapping;
@@ -272,9 +200,10 @@ TEST_P(EveryPair, AnswersAnyPose) {
     RecordProperty("overlapping", overlapping);
     RecordProperty("repaired_normals", static_cast<int>(counts.repairedNormals));
     RecordProperty("repaired_failures", static_cast<int>(counts.repairedFailures));
+    RecordProperty("repaired_fcl", static_cast<int>(counts.repairedFcl));
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, EveryPair, testing::Range<std::size_t>(0, 49),
+INSTANTIATE_TEST_SUITE_P(Kinds, EveryPair, testing::Range<std::size_t>(0, 2 * pairCount),
                          [](const auto& each) { return pairName(each.param); });
 
 }  // namespace
