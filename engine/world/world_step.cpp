@@ -373,12 +373,8 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
 template <class S>
 void World<S>::Impl::solveIslands(S dt) {
     const std::vector<Island>& active = islands.awake();
-    SolveRequest request{def.accuracy,
-                         def.contactMargin,
-                         def.manifoldReuseDistance,
-                         kneeWorkPerRow(rowsToSolve()),
-                         def.narrowPhase,
-                         1};
+    SolveRequest request{
+        def.accuracy, def.contactMargin, def.manifoldReuseDistance, kneeWorkPerRow(rowsToSolve()), def.narrowPhase, 1};
     Solver<S>& by = solverOf(request);
     shareWork();
     narrow_ = {};
