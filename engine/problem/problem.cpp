@@ -419,6 +419,17 @@ void Problem<S>::storeLambda(S h) {
 }
 
 template <class S>
+void Problem<S>::giveBeyondRows(std::size_t k, const JointGiven& beyond) {
+    const std::size_t first = static_cast<std::size_t>(jointBlocks);
+    if (k < first) {
+        jointGiven_[k].a += beyond.a;
+        jointGiven_[k].b += beyond.b;
+    } else {
+        pointGiven_[k - first].impulse += beyond.b.template head<3>();
+    }
+}
+
+template <class S>
 void Problem<S>::storeCompactLambda(S h) {
     storeJointLambda(h);
     const S perTime = S(1) / h;

@@ -134,6 +134,8 @@ struct Problem {
     // last sub-step it leaves them there, unless something drives the island.
     void storeLambda(S h);
     void storeCompactLambda(S h);
+    // What block k gave in that sub-step beyond lambda along its rows as they are now: they turned while it was solved.
+    void giveBeyondRows(std::size_t k, const JointGiven& beyond);
     // Impulses of the piece of a step that is being solved. None yet; what an impact of the present sub-step gave a
     // contact point, which counts once storeLambda() says that the sub-step is taken; all of them added to those of the
     // step.

@@ -105,8 +105,7 @@ void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
         Body<S>& b = bodies[i];
         if (!b.settled) {
             b.settled = true;
-            // What the last solution left unbalanced, its impulses, which are told again, still leave.
-            b.momentumResidual = std::max(b.momentumResidual, std::sqrt(b.kind->mass) * dt * b.acceleration.norm());
+            b.momentumResidual = std::sqrt(b.kind->mass) * dt * b.acceleration.norm();
         }
         squared += b.momentumResidual * b.momentumResidual;
     }

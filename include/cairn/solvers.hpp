@@ -10,7 +10,7 @@
 //   refreshRows         J and A_ii taken anew at every visit, and not only C
 //   penalty             of hard rows, h^2 rho, relative to the mass on the load path
 //   geometricStiffness  inertia grows by what joints' forces resist to turning (theory 7.16): steadies taut chains at
-//                       long steps, damps their swing. avbd has it on by itself
+//                       long steps, damps their swing. avbd and hybrid have it on by themselves
 //   warmStart           share of the last step's lambda that a step starts from, in [0, 1]
 //   tolerance           m/s: direct ends when no row's velocity is wrong by more
 //   gyroscopicInertia   whether the solve meets a spinning body's resistance to being tipped (theory section 3.7): it
@@ -69,7 +69,6 @@ struct DirectDef {
 struct HybridDef {
     int substeps = 0;
     int iterations = 0;
-    bool geometricStiffness = false;
     double warmStart = 1;
 
     static constexpr const char* typeName = "hybrid";

@@ -41,14 +41,7 @@ public:
         }
         const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
         NonlinearRows<S> nonlinear(problem, system, h, def.postStabilise ? S(0) : pushOut, def.refreshRows);
-        const S warm = def.postStabilise ? static_cast<S>(def.warmStart) : S(0);
-        for (std::size_t i = 0; i < system.p.size(); ++i) {
-            system.p[i] = std::clamp(problem.rows[i].lambda * h * warm, system.terms[i].lo, system.terms[i].hi);
-        }
-        system.warmStart(problem);
-        for (std::size_t i = 0; i < system.v.size(); ++i) {
-            nonlinear.follow(i);
-        }
+        nonlinear.warmStart(def.postStabilise ? static_cast<S>(def.warmStart) : S(0));
         const S asked = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
         const S kept = static_cast<S>(1 - std::pow(1 - def.stiffness, 1.0 / iterations_));
         // Over-relaxation with few sweeps a step feeds energy in (theory section 9.5, finding c).
@@ -58,6 +51,7 @@ public:
         }
         nonlinear.restore();
         problem.storeLambda(h);
+        nonlinear.storeTurned();
         problem.integrate(h);
         SolveReport report;
         report.sweptSolves = 1;

@@ -32,6 +32,7 @@ public:
         system.terms.resize(rows);
         system.p.resize(rows);
         system.friction.resize(problem.blocks.size());
+        beyond_.resize(problem.blocks.size());
         for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
             const RowBlock<S>& block = problem.blocks[k];
             system.friction[k] = frictionCoefficient(problem, block);
@@ -64,6 +65,21 @@ public:
     static void forRows(const RowBlock<S>& block, const Visit& visit) {
         for (int i = block.first; i < block.first + block.count; ++i) {
             visit(static_cast<std::size_t>(i));
+        }
+    }
+
+    // Starts from `share` of the last lambda.
+    void warmStart(S share) {
+        for (std::size_t i = 0; i < system_.p.size(); ++i) {
+            const RowTerms<S>& t = system_.terms[i];
+            system_.p[i] = std::clamp(problem_.rows[i].lambda * h_ * share, t.lo, t.hi);
+        }
+        system_.warmStart(problem_);
+        for (std::size_t k = 0; k < problem_.blocks.size(); ++k) {
+            addAlongRows(k, S(1));
+        }
+        for (std::size_t i = 0; i < system_.v.size(); ++i) {
+            follow(i);
         }
     }
 
@@ -161,9 +177,27 @@ public:
         for (std::size_t i = 0; i < system_.p.size(); ++i) {
             problem_.rows[i].lambda = system_.p[i] / h_;
         }
+        for (std::size_t k = 0; k < beyond_.size(); ++k) {
+            addAlongRows(k, S(-1));
+        }
+    }
+
+    // After restore() and Problem::storeLambda(): the impulses told are those given, row by row as it stood.
+    void storeTurned() {
+        for (std::size_t k = 0; k < beyond_.size(); ++k) {
+            problem_.giveBeyondRows(k, beyond_[k]);
+        }
     }
 
 private:
+    // To what block k gave: `sign` times p along its rows as they are.
+    void addAlongRows(std::size_t k, S sign) {
+        forRows(problem_.blocks[k], [&](std::size_t i) {
+            beyond_[k].a += sign * system_.p[i] * problem_.rows[i].a;
+            beyond_[k].b += sign * system_.p[i] * problem_.rows[i].b;
+        });
+    }
+
     // visit(point, block, row) for both friction rows of every contact that has them.
     template <class Visit>
     void forSlips(const Visit& visit) {
@@ -191,7 +225,7 @@ private:
                 const S dp =
                     std::clamp(system_.p[i] - relaxation * (e + t.softness * system_.p[i]) / scale, t.lo, t.hi) -
                     system_.p[i];
-                push(row, block, dp);
+                push(row, k, dp);
                 system_.p[i] += dp;
                 change += scale * dp * dp;
             }
@@ -212,7 +246,7 @@ private:
             for (std::size_t t = 0; t < 2; ++t) {
                 const std::size_t i = first + 1 + t;
                 const S dp = wanted[t] - system_.p[i];
-                push(problem_.rows[i], block, dp);
+                push(problem_.rows[i], k, dp);
                 system_.p[i] += dp;
                 change += system_.terms[i].delassus * dp * dp;
             }
@@ -237,10 +271,13 @@ private:
         return e;
     }
 
-    void push(const Row<S>& row, const RowBlock<S>& block, S impulse) {
+    void push(const Row<S>& row, std::size_t k, S impulse) {
         if (impulse == S(0)) {
             return;
         }
+        const RowBlock<S>& block = problem_.blocks[k];
+        beyond_[k].a += impulse * row.a;
+        beyond_[k].b += impulse * row.b;
         for (int n = 0; n < block.bodyCount(); ++n) {
             const std::size_t i = static_cast<std::size_t>(block.body(n));
             const Vec6<S> dv = problem_.bodies[i].applyInverseMass(bodyGradient(row, block, n) * impulse);
@@ -258,6 +295,8 @@ private:
     std::vector<S> slipRate_;  // m/s, of each row
     S slipShare_ = 1;
     std::vector<std::uint8_t> hard_;
+    // By block: what was given along rows that turned from sweep to sweep; less, from restore() on, what lambda says.
+    std::vector<typename Problem<S>::JointGiven> beyond_;
     std::array<Vec6<S>, 4> moved_{Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero(), Vec6<S>::Zero()};
 };
 

@@ -54,6 +54,7 @@ public:
             problem.rows[i].lambda = system.p[i] / h;
         }
         problem.storeLambda(h);
+        nonlinear.storeTurned();
         nonlinear.storeSlip(p, v);
         SolveReport report;
         report.sweptSolves = 1;

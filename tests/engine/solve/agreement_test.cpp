@@ -149,6 +149,11 @@ TEST(Agreement, OneStepConvergesAtTheRateOfTheMatrix) {
             expectBelow("cluster, velocities after a step, m/s", exact.norm() * errorAfter(2), 2e-4);
             return;
         }
+        if (solverName(solver) == "hybrid") {
+            // Joints at once, but for the 1e-4 of A_ii by which they give way.
+            expectBelow("hybrid, velocities after a step, relative", errorAfter(1), 3e-4);
+            return;
+        }
         if (solverName(solver) == "nncg") {
             // Conjugate directions with restarts: no constant rate, far fewer sweeps.
             expectBelow("nncg, error after 64 sweeps, relative", errorAfter(64), 1.5e-8);
@@ -316,7 +321,8 @@ TEST(Agreement, OneStepAgreesToTheOrderOfTheRows) {
             const auto [coarse, fine] = errors[solverName(solver)];
             const std::string what = std::string(scene.name) + ", " + solverName(solver) + ", one step: ";
             const bool linear = solverName(solver) == "gauss_seidel" || solverName(solver) == "nncg" ||
-                                solverName(solver) == "jacobi" || solverName(solver) == "cluster";
+                                solverName(solver) == "jacobi" || solverName(solver) == "cluster" ||
+                                solverName(solver) == "hybrid";
             if (traitsOf(solver).exact) {
                 expectBelow(what + "places, m", std::max(coarse, fine), 1e-9);
                 return;

@@ -59,7 +59,8 @@ TEST(Friction, ForceIsATrueCone) {
 
 // m, of a block that friction only just holds. One sweep of xpbd loads the corners unevenly: the light ones slip. The
 // springs of vbd stretch, once.
-const std::initializer_list<std::pair<const char*, double>> yielding = {{"xpbd", 1.3e-3}, {"vbd", 1.2e-4}};
+const std::initializer_list<std::pair<const char*, double>> yielding = {
+    {"xpbd", 1.3e-3}, {"vbd", 1.2e-4}, {"hybrid", 2.4e-5}};
 
 TEST(Friction, BlockSticksAboveAndSlidesBelowTheFrictionAngle) {
     forEachSolver([](const SolverDef& solver) {
