@@ -11,6 +11,7 @@
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/sphere_sphere.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace cairn {
 namespace {
@@ -130,23 +131,38 @@ std::optional<FclAnswer> boxesClosedForm(const Convex& a, const Convex& b) {
     return answer;
 }
 
-// FCL's EPA has no bound; after this many supports of a shape the last one is repeated, which ends it.
+// FCL's EPA has no bound; after this many supports of a shape it is ended.
 constexpr int supportLimit = 200;
 
 struct Side {
     const Convex* shape = nullptr;
+    const ccd_pt_t* polytope = nullptr;  // of the search
     int hint = 0;
     int calls = 0;
-    Vec3d last = Vec3d::Zero();
 };
 
+// Whether an edge has lost a face: FCL's EPA takes it that none has, and follows a null pointer.
+bool isTorn(const ccd_pt_t& polytope) {
+    if (polytope.faces.next == &polytope.faces) {
+        return false;  // not made yet
+    }
+    const ccd_pt_edge_t* edge = nullptr;
+    ccdListForEachEntry(&polytope.edges, edge, const ccd_pt_edge_t, list) {
+        if (edge->faces[0] == nullptr || edge->faces[1] == nullptr) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// Asked before the polytope is grown, and so the place to end a search that would never end, or crash.
 void supportOf(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* out) {
     Side& side = *static_cast<Side*>(const_cast<void*>(object));
-    if (side.calls < supportLimit) {
-        ++side.calls;
-        side.last = supportCore(*side.shape, Vec3d(direction->v[0], direction->v[1], direction->v[2]), side.hint);
+    if (++side.calls > supportLimit || isTorn(*side.polytope)) {
+        throw std::runtime_error("no answer");
     }
-    ccdVec3Set(out, side.last.x(), side.last.y(), side.last.z());
+    const Vec3d p = supportCore(*side.shape, Vec3d(direction->v[0], direction->v[1], direction->v[2]), side.hint);
+    ccdVec3Set(out, p.x(), p.y(), p.z());
 }
 
 // Frees its faces also where FCL throws.
@@ -159,15 +175,14 @@ struct Polytope {
 };
 
 // The signed distance of the cores with its two points; false: no answer.
-bool signedDistance(const Side& a, const Side& b, const ccd_t& ccd, double& distance, ccd_vec3_t& onA,
-                    ccd_vec3_t& onB) {
+bool signedDistance(const Side& a, const Side& b, const ccd_t& ccd, Polytope& polytope, double& distance,
+                    ccd_vec3_t& onA, ccd_vec3_t& onB) {
     namespace search = fcl::detail::libccd_extension;
     ccd_simplex_t simplex;
     if (search::__ccdGJK(&a, &b, &ccd, &simplex) != 0) {
         distance = search::_ccdDist(&a, &b, &ccd, &simplex, &onA, &onB);
         return distance > 0;
     }
-    Polytope polytope;
     ccd_pt_el_t* nearest = nullptr;
     if (search::__ccdEPA(&a, &b, &ccd, &simplex, &polytope.faces, &nearest) != 0 || nearest == nullptr) {
         return false;
@@ -196,8 +211,9 @@ std::optional<FclAnswer> fclClosedForm(const Convex& a, const Convex& b, double 
 }
 
 std::optional<FclAnswer> fclSearch(const Convex& a, const Convex& b, double scale) {
-    Side sideA{&a};
-    Side sideB{&b};
+    Polytope polytope;
+    Side sideA{&a, &polytope.faces};
+    Side sideB{&b, &polytope.faces};
     ccd_t ccd{};
     ccd.first_dir = ccdFirstDirDefault;
     ccd.support1 = supportOf;
@@ -209,14 +225,11 @@ std::optional<FclAnswer> fclSearch(const Convex& a, const Convex& b, double scal
     ccd_vec3_t onA{};
     ccd_vec3_t onB{};
     try {
-        if (!signedDistance(sideA, sideB, ccd, distance, onA, onB)) {
+        if (!signedDistance(sideA, sideB, ccd, polytope, distance, onA, onB)) {
             return std::nullopt;
         }
     } catch (const std::exception&) {
-        return std::nullopt;  // FailedAtThisConfiguration: its polytope degenerated
-    }
-    if (sideA.calls >= supportLimit || sideB.calls >= supportLimit) {
-        return std::nullopt;
+        return std::nullopt;  // its polytope degenerated, or supportOf() ended it
     }
     FclAnswer answer;
     answer.onA = vectorOf(onA);

@@ -1,6 +1,7 @@
 #pragma once
-// Auto, the default: for each island `direct` while the predicted cost of its factor is within a stated bound; else
-// `nncg` where contacts stay, `gauss_seidel` where they open and shut.
+// Auto, the default: for each island `direct` while its cost is within a stated bound (what moves: the knee,
+// kneeWorkPerRow); else `hybrid` where there are joints, `nncg` where contacts stay, `gauss_seidel` where they open and
+// shut.
 #include "engine/solve/newton/direct.hpp"
 
 namespace cairn {
