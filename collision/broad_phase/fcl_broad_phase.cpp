@@ -365,6 +365,11 @@ bool BroadPhase::needsMove(ProxyId id, const Aabb& tight, const Vec3d& displacem
     return !impl_->stays(id, tight, displacement);
 }
 
+bool BroadPhase::holds(ProxyId id, const Aabb& box) const {
+    impl_->check(id);
+    return impl_->fat(id).contains(box);
+}
+
 void BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3d& displacement) {
     checkBox(tight);
     CAIRN_CHECK(displacement.allFinite(), "a sweep must be finite");
@@ -400,6 +405,10 @@ void BroadPhase::update(JobSystem& jobs) {
 
 void BroadPhase::update() {
     impl_->update(nullptr);
+}
+
+void BroadPhase::updateBoxes() {
+    impl_->reinsert();
 }
 
 const std::vector<ProxyPair>& BroadPhase::pairs() const {

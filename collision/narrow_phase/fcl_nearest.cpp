@@ -141,15 +141,21 @@ struct Side {
     int calls = 0;
 };
 
-// Whether an edge has lost a face: FCL's EPA takes it that none has, and follows a null pointer.
+// Whether an edge has fewer or more than two faces: FCL's EPA takes it that none has, and goes on by a null pointer, or
+// by a face that the edge forgot for a third.
 bool isTorn(const ccd_pt_t& polytope) {
-    if (polytope.faces.next == &polytope.faces) {
-        return false;  // not made yet
-    }
     const ccd_pt_edge_t* edge = nullptr;
     ccdListForEachEntry(&polytope.edges, edge, const ccd_pt_edge_t, list) {
         if (edge->faces[0] == nullptr || edge->faces[1] == nullptr) {
             return true;
+        }
+    }
+    const ccd_pt_face_t* face = nullptr;
+    ccdListForEachEntry(&polytope.faces, face, const ccd_pt_face_t, list) {
+        for (const ccd_pt_edge_t* side : face->edge) {
+            if (side->faces[0] != face && side->faces[1] != face) {
+                return true;
+            }
         }
     }
     return false;

@@ -123,6 +123,17 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
     return manifold;
 }
 
+// Whether a point with a force has no heir: on ground, one beside it may take the force over (internal_edges.hpp).
+template <class S>
+bool handsNothingOn(const std::vector<ContactManifold<S>>& manifolds) {
+    return std::any_of(manifolds.begin(), manifolds.end(), [](const ContactManifold<S>& manifold) {
+        const auto points = manifold.inForce();
+        return std::any_of(points.begin(), points.end(), [&](const ContactPointState<S>& point) {
+            return point.normalForce != S(0) && !manifold.isTransferred(manifold.placeOf(point));
+        });
+    });
+}
+
 // m/s: spins count by the smaller body's size, so that a spinning floor reaches no further than what stands on it.
 template <class S>
 double turningSpeed(const PairSide<S>& a, const PairSide<S>& b) {
@@ -307,11 +318,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         known = beside ? std::min(known, smallest) : known;
         return beside;
     });
-    // Room goes back and forth between the two: a pair that moves on and on asks for none.
-    std::vector<ContactManifold<S>> manifolds;
-    if (pair.past) {
-        manifolds.swap(pair.past->manifolds);
-    }
+    // Swapped with the old ones, whose room the next pair of the thread gets.
+    static thread_local std::vector<ContactManifold<S>> manifolds;
     manifolds.clear();
     manifolds.reserve(found.size());
     const Quatd bFromA = relativePose(frameB, frameA).rotation;
@@ -328,8 +336,9 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         pair.endPoints(old, *a.body, a.pose, *b.body, b.pose);
     }
     manifolds.swap(pair.manifolds);
-    if (pair.past || !manifolds.empty()) {
-        pair.past.make().manifolds = std::move(manifolds);
+    pair.forgetBefore();
+    if (a.body->isDynamic() != b.body->isDynamic() && handsNothingOn(manifolds)) {
+        pair.past.make().manifolds.swap(manifolds);
     }
     pair.isNew = true;
     pair.aFromB = aFromB;

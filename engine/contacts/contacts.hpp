@@ -106,10 +106,11 @@ template <class S>
 struct PairContacts {
     ProxyPair pair;  // a < b, indices of bodies
     PairCache cache;
-    // What only pairs that move or have parted have.
+    // What only pairs that lose points have.
     struct Past {
-        std::vector<ContactManifold<S>> manifolds;  // those that the last look replaced
-        std::vector<EndedContact> ended;            // of this step
+        // Those that the last look replaced, of ground: with forces that nothing of the pair took over.
+        std::vector<ContactManifold<S>> manifolds;
+        std::vector<EndedContact> ended;  // of this step
     };
     Posed aFromB;       // at which the manifolds were made
     double margin = 0;  // m, as far as which they were looked for
@@ -131,7 +132,6 @@ struct PairContacts {
             past->ended.clear();
         }
     }
-    // The manifolds are carried.
     void forgetBefore() {
         if (past && past->ended.empty()) {
             past.reset();

@@ -38,14 +38,12 @@ struct PlacedPair {
 template <class S>
 class InternalEdges {
 public:
-    InternalEdges(std::span<const GroundPair<S>> pairs, const SideOf<S>& side) {
-        pairs_.reserve(pairs.size());
+    void cull(std::span<const GroundPair<S>> pairs, const SideOf<S>& side) {
+        pairs_.clear();
+        manifolds_.clear();
         for (const GroundPair<S>& pair : pairs) {
             pairs_.emplace_back(pair, side);
         }
-    }
-
-    void cull() {
         for (const PlacedPair<S>& pair : pairs_) {
             addManifolds(pair);
         }
@@ -146,11 +144,11 @@ private:
             changes = false;
             std::vector<std::size_t> left;
             for (const std::size_t surface : undecided) {
-                for (const PointRef& edge : pointsOf(surface)) {
+                for (const PointRef& edge : pointsOf(surface, refs_)) {
                     bool& inForce = manifolds_[edge.manifold].inForce[static_cast<std::size_t>(edge.point)];
                     inForce = std::none_of(kept.begin(), kept.end(), [&](std::size_t k) { return culls(k, edge); });
                 }
-                const std::vector<PointRef> edges = pointsOf(surface);
+                const std::vector<PointRef>& edges = pointsOf(surface, refs_);
                 const bool isFree = std::none_of(undecided.begin(), undecided.end(), [&](std::size_t other) {
                     return std::any_of(edges.begin(), edges.end(),
                                        [&](const PointRef& edge) { return culls(other, edge); });
@@ -168,9 +166,9 @@ private:
         }
     }
 
-    // The points of a surface that are in force.
-    std::vector<PointRef> pointsOf(std::size_t surface) const {
-        std::vector<PointRef> refs;
+    // The points of a surface that are in force; `refs` is room for them.
+    const std::vector<PointRef>& pointsOf(std::size_t surface, std::vector<PointRef>& refs) const {
+        refs.clear();
         for (std::size_t i = surface; i < manifolds_.size(); ++i) {
             for (int k = 0; manifolds_[i].surface == surface && k < manifolds_[i].contacts->known; ++k) {
                 if (manifolds_[i].inForce[static_cast<std::size_t>(k)]) {
@@ -187,7 +185,8 @@ private:
         if (edge.surface == surface || !areNeighbours(plane, edge) || plane.normal.dot(edge.normal) > sameNormal) {
             return false;
         }
-        const std::vector<PointRef> refs = pointsOf(surface);
+        std::vector<PointRef> refs;
+        pointsOf(surface, refs);
         const bool ofOthers = std::any_of(refs.begin(), refs.end(), [&](const PointRef& ref) {
             return manifolds_[ref.manifold].pair != edge.pair || manifolds_[ref.manifold].ground != edge.ground;
         });
@@ -242,7 +241,7 @@ private:
 
     // Of all points of a surface in several pieces, at most four stay in force.
     void reduce(std::size_t surface) {
-        const std::vector<PointRef> refs = pointsOf(surface);
+        const std::vector<PointRef>& refs = pointsOf(surface, refs_);
         if (refs.size() < 3 || refs.front().manifold == refs.back().manifold) {
             return;
         }
@@ -364,7 +363,7 @@ private:
     // is an accident of their order; yet how friction slows a turn hangs on it. What slides starts each step from the
     // share that equal springs would have: the least sum of squares with the same force and torque.
     void shareEvenly(std::size_t surface) {
-        const std::vector<PointRef> refs = pointsOf(surface);
+        const std::vector<PointRef>& refs = pointsOf(surface, refs_);
         if (refs.size() != 4 || !slides(refs)) {
             return;
         }
@@ -416,6 +415,7 @@ private:
 
     std::vector<PlacedPair<S>> pairs_;
     std::vector<GroundManifold> manifolds_;
+    std::vector<PointRef> refs_;
 };
 
 // Whether no point of the body slips over the ground faster than the least speed that counts as sliding.
@@ -435,7 +435,8 @@ void closeRun(std::span<const GroundPair<S>> pairs, const SideOf<S>& side) {
     const bool isOne = pairs.size() == 1 && manifolds.size() == 1;
     if (!isOne || manifolds.front().count != manifolds.front().known ||
         (manifolds.front().known == 4 && !isSlow(PlacedPair<S>(pairs.front(), side)))) {
-        InternalEdges<S>(pairs, side).cull();
+        static thread_local InternalEdges<S> edges;
+        edges.cull(pairs, side);
     }
 }
 

@@ -6,8 +6,10 @@ namespace cairn {
 
 void findColours(std::span<const Pushed> constraints, std::size_t bodyCount, Colouring& out) {
     constexpr std::size_t colourCount = 64;
-    std::vector<std::uint64_t> taken(bodyCount, 0);  // of each body, a bit a colour
-    std::vector<std::uint8_t> colourOf(constraints.size());
+    static thread_local std::vector<std::uint64_t> taken;  // of each body, a bit a colour
+    static thread_local std::vector<std::uint8_t> colourOf;
+    taken.assign(bodyCount, 0);
+    colourOf.resize(constraints.size());
     std::array<std::size_t, colourCount + 1> count{};
     for (std::size_t k = 0; k < constraints.size(); ++k) {
         std::uint64_t used = 0;

@@ -9,7 +9,7 @@ namespace cairn {
 // What the controller (step_controller.hpp) keeps of an island from step to step.
 struct ControllerState {
     int halvings = 0;          // of the sub-step, because one was refused
-    int backoff = 0;           // auto: steps that sweeps take over for when `direct` fails next
+    int backoff = 0;           // auto: steps that sweeps take over for when `direct` fails, or its factor is too dear
     int sweepSteps = 0;        // auto: of those, still to come
     double directWork = 0;     // auto: what `direct` took lately, or would have; less from step to step
     int subdivisionLevel = 0;  // of time, because the error asked for needed it
@@ -38,6 +38,8 @@ struct StepPlan {
     double maxWork = std::numeric_limits<double>::infinity();
     bool settles = false;      // it may be at rest: solved to the last digits
     bool mayBeRefused = true;  // a sub-step of it, for a shorter one
+    // auto: the factor was looked at, and would be too large or too dear. A look costs as much as some sweeps.
+    bool isFactorRefused = false;
 
     // auto: this step belongs to sweeps.
     bool sweeps() const {

@@ -117,6 +117,7 @@ void Auto<S>::chooseByFactor(Problem<S>& problem, double maxWork, StepPlan& plan
     } else if (visitsOfProduct * cost.factor > maxWork) {
         plan.reason = PlanReason::TooDear;
     }
+    plan.isFactorRefused = plan.sweeps();
 }
 
 template <class S>

@@ -30,7 +30,16 @@ StepPlan StepController<S>::plan(S dt) {
     StepPlan plan = solver_.plan(problem_, state_, dt);
     plan.settles = settles_;
     state_.sweepSteps = std::max(0, state_.sweepSteps - 1);
+    if (plan.isFactorRefused) {
+        backOff();
+    }
     return plan;
+}
+
+template <class S>
+void StepController<S>::backOff() {
+    state_.backoff = std::clamp(2 * state_.backoff, 1, longestBackoff);
+    state_.sweepSteps = state_.backoff;
 }
 
 template <class S>
@@ -51,8 +60,7 @@ bool StepController<S>::learn(const SolveReport& report) {
     if (problem_.limits.mayRefuse && !report.truncated && (!report.newtonFailed || plan.mayHalveOnFailure)) {
         return true;
     }
-    state_.backoff = std::clamp(2 * state_.backoff, 1, longestBackoff);
-    state_.sweepSteps = state_.backoff;
+    backOff();
     return false;
 }
 

@@ -58,7 +58,7 @@ struct World<S>::Impl {
     bool rulesChanged = true;               // solver or accuracy, since the last step
     double lastDt = 0;                      // s
     std::vector<Before<S>> before;          // of this step, by body
-    std::vector<std::uint8_t> leavesBox;    // room of moveProxies()
+    std::vector<std::uint8_t> leavesBox;    // room of moveProxies() and catchFastBodies()
     StepReport report;
 
     explicit Impl(const WorldDef& worldDef);

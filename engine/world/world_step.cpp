@@ -174,16 +174,23 @@ void World<S>::Impl::catchFastBodies(S dt) {
     if (!any) {
         return;
     }
-    // Boxes that hold every body all the way from where it was.
-    for (const std::uint32_t i : awake.bodies) {
+    // Boxes that hold every body all the way from where it was: most of those it has already do.
+    const auto wayBox = [&](std::uint32_t i) {
         const Body<S>& b = bodies[i];
-        if (broadPhase.contains(i)) {
-            const double moved = maxDisplacement(before[i].pose(), b.pose, b.kind->radius);
-            const Aabb box = bounds(b.kind->def.shapes, b.framePoseDouble());
-            broadPhase.move(i, box.grown(0.5 * def.contactMargin + moved), Vec3d::Zero());
+        const double moved = maxDisplacement(before[i].pose(), b.pose, b.kind->radius);
+        return bounds(b.kind->def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + moved);
+    };
+    leavesBox.resize(awake.bodies.size());
+    parallelFor(*jobs, awake.bodies.size(), 64, [&](std::size_t k) {
+        const std::uint32_t i = awake.bodies[k];
+        leavesBox[k] = broadPhase.contains(i) && !broadPhase.holds(i, wayBox(i));
+    });
+    for (std::size_t k = 0; k < awake.bodies.size(); ++k) {
+        if (leavesBox[k] != 0) {
+            broadPhase.move(awake.bodies[k], wayBox(awake.bodies[k]), Vec3d::Zero());
         }
     }
-    broadPhase.update(*jobs);
+    broadPhase.updateBoxes();
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
     const CcdCounts counts = collideContinuously<S>(bodies, awake.bodies, joints, broadPhase, mayMeet, before,
                                                     def.gravity.template cast<S>(), dt, *jobs);
