@@ -151,6 +151,11 @@ bool crossedEdges(const Convex& a, const Convex& b, const EdgeAxes& edges, WorkM
     return true;
 }
 
+bool isAlongFace(const Convex& a, const Convex& b, const Vec3d& n) {
+    return std::max((a.rotation.transpose() * n).cwiseAbs().maxCoeff(),
+                    (b.rotation.transpose() * n).cwiseAbs().maxCoeff()) > 0.99;
+}
+
 }  // namespace
 
 // Separating axes (Gottschalk, Lin, Manocha 1996): 6 face normals and 9 cross products of edges, by the largest
@@ -164,7 +169,16 @@ bool boxBox(const Convex& a, const Convex& b, double margin, Scratch& scratch, N
         return false;
     }
     if (edges.a < 0 ? faceManifold(a, b, faces, margin, scratch, out) : crossedEdges(a, b, edges, out)) {
-        return true;
+        if (edges.a < 0 || !isAlongFace(a, b, out.normal)) {
+            return true;
+        }
+        // More of the edge than one point may lie on the face.
+        const GjkAnswer near{.state = GjkAnswer::State::Apart,
+                             .normal = out.normal,
+                             .onA = out.points[0].onA,
+                             .onB = out.points[0].onB,
+                             .distance = out.points[0].separation};
+        return convexManifold(a, b, near, margin, scratch, counts, out);
     }
     return convexPair(a, b, margin, scratch, counts, out);
 }

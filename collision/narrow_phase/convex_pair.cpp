@@ -38,6 +38,25 @@ void descend(const Convex& a, const Convex& b, double scale, int steps, OverlapO
     }
 }
 
+// Of the shape's scale: as deep as that nothing rests.
+constexpr double shallow = 0.25;
+// Of it, how far another point of an edge may be from the face that it lies on but for some degrees.
+constexpr double flatWithin = 0.1;
+
+// Whether the normal of an edge is that of a face but for some eight degrees: a point alone would let what lies on the
+// face rock on it, from one end of the edge to the other, step after step.
+bool isAlong(const Vec3d& n, const Vec3d& face) {
+    return n.dot(face) > 0.99;
+}
+
+// Whether a second point is near the face, be it asked for or not, and the deepest is as deep as along the edge's
+// normal.
+bool isFlat(const std::vector<Candidate>& candidates, double depth, double scale) {
+    return std::abs(leastSeparation(candidates) + depth) <= 1e-3 * scale + 0.05 * std::abs(depth) &&
+           std::ranges::count_if(candidates, [&](const Candidate& c) { return c.separation <= flatWithin * scale; }) >
+               1;
+}
+
 // Ends of two lines closer than this part of their length are one end, named after the first shape.
 constexpr double sameEnd = 1e-3;
 
@@ -227,7 +246,11 @@ bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, dou
     const bool preferB = hasB && depthB < depthA - slack;
     for (const bool takeB : {preferB, !preferB}) {
         const double faceDepth = takeB ? depthB : depthA;
-        if (faceDepth > allowed) {
+        // Along the normal of a face that an edge lies on, but for a few degrees, all of the edge is deep, and what of
+        // it lies on the face need not be: told by what is left of it there.
+        const bool isAlmostFlat = faceDepth > allowed && faceDepth < 1e300 && depth < shallow * scale &&
+                                  isAlong(n, takeB ? Vec3d(-faceB) : faceA);
+        if (faceDepth > allowed && !isAlmostFlat) {
             continue;
         }
         const Convex& other = takeB ? a : b;
@@ -235,10 +258,11 @@ bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, dou
         const Vec3d outward = scratch.face.normal;
         incidentOutline(other, -outward, scratch.incident);
         scratch.candidates.clear();
-        clipToFace(scratch, other.radius, margin);
-        if (scratch.candidates.empty()) {
+        clipToFace(scratch, other.radius, isAlmostFlat ? std::max(margin, flatWithin * scale) : margin);
+        if (scratch.candidates.empty() || (isAlmostFlat && !isFlat(scratch.candidates, depth, scale))) {
             continue;
         }
+        std::erase_if(scratch.candidates, [&](const Candidate& c) { return c.separation > margin; });
         if (leastSeparation(scratch.candidates) > -depth + slack + 0.05 * std::abs(depth)) {
             // The deepest place lies beside the face, or on a rounding that the outline cuts off.
             if (std::abs(n.dot(outward)) < 0.99) {

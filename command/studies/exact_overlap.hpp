@@ -196,6 +196,11 @@ inline double overlapAlong(const Shape& a, const Shape& b, const Posed& pose, co
     return isConvex(a.kind) ? overlap(a, b, pose, n) : planeOverlap(b, pose) / std::max(n.y(), 1e-9);
 }
 
+// m: what is left of an overlap when B is moved by `way` (A's frame). 0 or less: a way out.
+inline double overlapAfter(const Shape& a, const Shape& b, Posed pose, const Vec3d& way) {
+    pose.position += way;
+    return isConvex(a.kind) ? minOverlap(a, b, pose, 400).overlap : planeOverlap(b, pose);
+}
 inline MinOverlap smallest(const Shape& a, const Shape& b, const Posed& pose, int sweep) {
     return isConvex(a.kind) ? minOverlap(a, b, pose, sweep) : MinOverlap{planeOverlap(b, pose), Vec3d::UnitY()};
 }

@@ -30,6 +30,7 @@ TEST(BoxBox, DepthAndNormalAsTheSeparatingAxes) {
     std::uniform_real_distribution<double> unit(0, 1);
     int edges = 0;
     int deepEnough = 0;
+    int almostFlat = 0;
     for (int i = 0; i < 5000; ++i) {
         const Vec3d ha = Vec3d(0.1, 0.1, 0.1) + Vec3d(unit(random), unit(random), unit(random));
         const Vec3d hb = Vec3d(0.1, 0.1, 0.1) + Vec3d(unit(random), unit(random), unit(random));
@@ -64,19 +65,28 @@ TEST(BoxBox, DepthAndNormalAsTheSeparatingAxes) {
         ASSERT_EQ(found.size(), 1u);
         ++deepEnough;
         const double along = truth::overlap(a, b, pose, found[0].normal);
-        // Faces are preferred by 0.1 % of the thinnest half extent and 2 % of the depth.
-        EXPECT_LT(along, smallest + 2e-3 + 0.03 * smallest);
-        EXPECT_GT(along, smallest - 1e-9);
         double deepest = 1;
         for (int k = 0; k < found[0].count; ++k) {
             const ContactPoint& p = found[0].points[static_cast<std::size_t>(k)];
             deepest = std::min(deepest, p.separation);
             EXPECT_LT(std::abs(truth::level(b, p.onB)), 1e-9 + along);
         }
-        EXPECT_NEAR(deepest, -along, 2e-3 + 0.03 * along);
+        // Faces are preferred by 0.1 % of the thinnest half extent and 2 % of the depth; by some degrees where an edge
+        // lies on one.
+        const double allowed = 2e-3 + 0.03 * smallest;
+        EXPECT_GT(along, smallest - 1e-9);
+        EXPECT_NEAR(-deepest, smallest, allowed + 0.05 * smallest);
+        if (along < smallest + allowed) {
+            EXPECT_NEAR(deepest, -along, 2e-3 + 0.03 * along);
+        } else {
+            ++almostFlat;
+            EXPECT_GT(found[0].count, 1);
+            EXPECT_LT(truth::overlapAfter(a, b, pose, -deepest * found[0].normal), allowed);
+        }
         edges += found[0].count == 1 ? 1 : 0;
     }
     EXPECT_GT(deepEnough, 1000);
+    EXPECT_LT(almostFlat, 20);
     EXPECT_GT(edges, 50);
 }
 
@@ -92,8 +102,16 @@ TEST(ConvexPair, PlanksAndSlabsKeepTheMinimalOverlap) {
                 const MinOverlap smallest = truth::minOverlap(plank, other, pose, 400);
                 const auto found = truth::ask(plank, other, pose, margin);
                 ASSERT_EQ(found.size(), 1u) << name(other.kind) << " " << i;
-                EXPECT_LT(truth::overlap(plank, other, pose, found[0].normal), smallest.overlap + 2e-3)
-                    << name(other.kind) << " " << i;
+                double deepest = 1;
+                for (int k = 0; k < found[0].count; ++k) {
+                    deepest = std::min(deepest, found[0].points[static_cast<std::size_t>(k)].separation);
+                }
+                if (truth::overlap(plank, other, pose, found[0].normal) >= smallest.overlap + 2e-3) {
+                    // An edge lies on a face but for some degrees.
+                    EXPECT_NEAR(-deepest, smallest.overlap, 2e-3) << name(other.kind) << " " << i;
+                    EXPECT_LT(truth::overlapAfter(plank, other, pose, -deepest * found[0].normal), 2e-3)
+                        << name(other.kind) << " " << i;
+                }
             }
         }
     }
