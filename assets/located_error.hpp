@@ -16,9 +16,7 @@ auto locate(const std::string& where, const Make& make) {
     try {
         return make();
     } catch (const InputError& error) {
-        const std::string rest = std::string(error.what()).substr(error.field().size() + 3);  // after " = "
-        const std::size_t colon = rest.find(": ");
-        throw InputError(where + " (" + error.field() + ")", rest.substr(0, colon), rest.substr(colon + 2));
+        throw InputError(where + " (" + error.field() + ")", error.value(), error.remedy());
     }
 }
 

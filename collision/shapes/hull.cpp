@@ -201,6 +201,9 @@ void dropFlatVertices(std::vector<Vec3d>& vertices, std::vector<Loop>& loops) {
     vertices = std::move(kept);
 }
 
+// Of the tolerance of planes, a hull from face to farthest vertex.
+constexpr double thinnest = 10;
+
 void checkConvex(const std::vector<Vec3d>& vertices, const std::vector<Hull::Face>& faces, double tolerance) {
     for (std::size_t f = 0; f < faces.size(); ++f) {
         const Hull::Face& face = faces[f];
@@ -213,9 +216,11 @@ void checkConvex(const std::vector<Vec3d>& vertices, const std::vector<Hull::Fac
             }
             depth = std::max(depth, -beyond);
         }
-        if (depth < minShapeSize()) {
+        // Thinner than that for its length, it has faces that none can tell from their neighbours.
+        const double least = std::max(minShapeSize(), thinnest * tolerance);
+        if (!(depth >= least)) {
             throw InputError("hull.vertices", "flat (" + std::to_string(depth) + " m thick)",
-                             "give a solid at least " + std::to_string(minShapeSize()) + " m thick");
+                             "give a solid at least " + std::to_string(least) + " m thick");
         }
     }
 }

@@ -58,6 +58,9 @@ void requireLength(const Names& names, int i, const char* parameter, double min)
     if (value <= 0) {
         refuse("give a positive length in m");
     }
+    if (value > maxShapeSize()) {
+        refuse("give at most " + text(maxShapeSize()) + " m, or a half-space");
+    }
     if (value < min) {
         refuse("give at least " + text(min) + " m, or scale the scene up: contacts of thinner shapes are not reliable");
     }

@@ -7,6 +7,12 @@
 
 namespace cairn {
 
+// m, along each axis from the origin, as far as which bodies may be put: the last digit of a place there is a tenth of
+// a micrometre.
+inline constexpr double farthestPlace = 1e9;
+// m, of WorldDef::contactMargin.
+inline constexpr double widestMargin = 1e3;
+
 template <>
 struct Words<BodyType> {
     static constexpr const char* what = "a body type";
@@ -152,7 +158,7 @@ void describe(A& a, WorldDef& d) {
     a.field("gyroscopic", d.gyroscopic, {"how the spin of a body with unequal moments of inertia turns"});
     a.field("threads", d.threads, {"worker threads; they never change the result", 1, 1024});
     a.field("contactMargin", d.contactMargin,
-            {.text = "m: gap at which contacts are looked for", .min = 0, .above = true});
+            {.text = "m: gap at which contacts are looked for", .min = 0, .max = widestMargin, .above = true});
     a.field("narrowPhase", d.narrowPhase,
             {"who tells how deep shapes overlap: own, fcl, or auto, the better one pair by pair"});
     a.field("manifoldReuseDistance", d.manifoldReuseDistance,
@@ -216,7 +222,7 @@ template <class A>
 void describe(A& a, BodyDef& d) {
     a.field("name", d.name, {"for joints and reports; no two bodies share one"});
     a.field("type", d.type, {"static: never moves; kinematic: moves as its velocity says; dynamic: moved by forces"});
-    a.field("position", d.position, {"m, of the body's frame"});
+    a.field("position", d.position, {"m, of the body's frame", -farthestPlace, farthestPlace});
     a.field("rotation", d.rotation, {"quaternion x, y, z, w; made unit on loading"});
     a.field("linearVelocity", d.linearVelocity, {"m/s, of the centre of mass"});
     a.field("angularVelocity", d.angularVelocity, {"rad/s, world axes"});

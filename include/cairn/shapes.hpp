@@ -56,7 +56,8 @@ struct Shape {
 // given, and the functions below of every shape that they make; all else takes shapes as valid.
 void validate(const Shape& shape);
 
-// Each throws InputError for a size that is not finite, not positive, or too small (minShapeSize()).
+// Each throws InputError for a size that is not finite, not positive, too small (minShapeSize()) or too large
+// (maxShapeSize()).
 Shape sphere(double radius);
 Shape capsule(double radius, double halfHeight);
 Shape box(const Vec3d& halfExtents);
@@ -83,6 +84,10 @@ Shape heightField(std::shared_ptr<const HeightField> shared);
 // Contacts of such things are measured as right, for their size, as those of large ones.
 constexpr double minShapeSize() {
     return 1e-3;
+}
+// The largest radius, half extent or half height, m: there the last digit of a position on it is a nanometre.
+constexpr double maxShapeSize() {
+    return 1e7;
 }
 
 struct MassProperties {

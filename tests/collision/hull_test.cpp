@@ -184,6 +184,7 @@ TEST(Hull, BadInputIsNamed) {
     expectWhy(cubeVertices({1, 4e-4, 1}), cubeFaces, "flat");
     expectWhy(cubeVertices({1, 0, 1}), cubeFaces, "no area");
     EXPECT_EQ(whyBad(cubeVertices({1, 6e-4, 1}), cubeFaces), "accepted");
+    expectWhy(cubeVertices({2000, 0.01, 1}), cubeFaces, "flat");  // for its length
 }
 
 }  // namespace

@@ -386,7 +386,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
                              (turnsLittle(problem, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
-    report.unconverged = !closed;
+    report.unconverged = !closed || solved.contradicts;
     report.newtonFailed = !solved.converged;
     report.truncated = report.truncated || (isBounded && !solved.converged);
     // What was truncated would not fare better in shorter sub-steps of the same work; what was so because more is not

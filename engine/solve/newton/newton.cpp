@@ -119,7 +119,8 @@ void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S
     S alpha = S(1);
     S value = slope(alpha);
     const S enough = S(0.05) * std::abs(start);
-    if (value > enough) {
+    // Where round-off hides the descent, the whole step is as good as any.
+    if (value > enough && start < S(0)) {
         S low = 0;
         S lowValue = start;
         S high = 1;
@@ -286,6 +287,31 @@ void ContactNewton<S>::guess(const Problem<S>& problem, Start start, NewtonRepor
 }
 
 template <class S>
+bool ContactNewton<S>::tighten(const Problem<S>& problem, const NewtonOptions& options, double& residualBefore, S& reg,
+                               NewtonReport& report) {
+    // A slow mode (a heavy load on a light body) asks for a stiffer regularisation. Rows that contradict each other (a
+    // body wedged between walls) stall too, near tolerance: that is their answer.
+    if (report.residual > slowDecrease * residualBefore) {
+        const bool isTightest = reg <= static_cast<S>(options.minRegularisation);
+        if (report.contradicts || report.residual <= options.stalled ||
+            (isTightest && report.residual <= vainDecrease * residualBefore)) {
+            report.converged = true;
+            return true;
+        }
+        report.contradicts = isTightest;
+        reg = isTightest ? static_cast<S>(options.regularisation) : S(0.1) * reg;
+        regularise(problem, reg);
+    }
+    residualBefore = report.residual;
+    if (report.contradicts) {
+        // Of forces that grow against each other without end, those that the regularisation alone gives.
+        std::fill(system.p.begin(), system.p.end(), S(0));
+        residualBefore = 0;
+    }
+    return false;
+}
+
+template <class S>
 NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOptions& options) {
     NewtonReport report;
     start_ = system.p;
@@ -329,18 +355,9 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
                 ++deSaxceUpdates;
                 residualBefore = std::numeric_limits<double>::infinity();
             } else {
-                // A slow mode (a heavy load on a light body) asks for a stiffer regularisation.
-                // Rows that contradict each other (a body wedged between walls) stall too, near tolerance: that is
-                // their answer.
-                if (report.residual > slowDecrease * residualBefore) {
-                    if (report.residual <= options.stalled || reg <= static_cast<S>(options.minRegularisation)) {
-                        report.converged = true;
-                        return report;
-                    }
-                    reg *= S(0.1);
-                    regularise(problem, reg);
+                if (tighten(problem, options, residualBefore, reg, report)) {
+                    return report;
                 }
-                residualBefore = report.residual;
             }
             centre_ = system.p;
             system.v = newton;

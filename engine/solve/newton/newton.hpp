@@ -37,7 +37,8 @@ struct NewtonReport {
     int factorisations = 0;
     int products = 0;  // by H, of conjugate gradients
     bool converged = false;
-    double residual = 0;  // m/s, of the convex problem
+    bool contradicts = false;  // rows cannot all hold: the impulses are those that the regularisation alone gives
+    double residual = 0;       // m/s, of the convex problem
 };
 
 template <class S>
@@ -82,6 +83,9 @@ private:
             }
         }
     }
+    // A centre is solved, and the bias of the regularisation is not gone. True: it is as good as it gets.
+    bool tighten(const Problem<S>& problem, const NewtonOptions& options, double& residualBefore, S& reg,
+                 NewtonReport& report);
     void regularise(const Problem<S>& problem, S reg);
     // De Saxce's correction of what slides at the twists `v`: of the solve, or of before, which friction has still to
     // brake.
@@ -111,8 +115,9 @@ private:
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
     static constexpr double slowDecrease =
         0.25;  // of the residual from centre to centre, above which the regularisation tightens
-    static constexpr double stepShare = 1e-3;  // of the gradient that conjugate gradients may leave of an iteration
-    static constexpr int maxProducts = 1000;   // of an iteration
+    static constexpr double vainDecrease = 0.9;  // the same at its tightest, above which the rows contradict each other
+    static constexpr double stepShare = 1e-3;    // of the gradient that conjugate gradients may leave of an iteration
+    static constexpr int maxProducts = 1000;     // of an iteration
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
     std::vector<int> node_;  // of each body; -1: fixed

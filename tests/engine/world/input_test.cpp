@@ -42,6 +42,9 @@ void expectBodyRefused(const std::string& field, Change change) {
 TEST(BadInput, Bodies) {
     expectBodyRefused("position", [](BodyDef& d) { d.position.x() = nan; });
     expectBodyRefused("position", [](BodyDef& d) { d.position.y() = inf; });
+    expectBodyRefused("position", [](BodyDef& d) { d.position.x() = 1e155; });
+    expectBodyRefused("position", [](BodyDef& d) { d.position.z() = -1.1e9; });
+    expectBodyRefused("size", [](BodyDef& d) { d.shapes[0].size.x() = 1e12; });
     expectBodyRefused("rotation", [](BodyDef& d) { d.rotation.coeffs().setZero(); });
     expectBodyRefused("rotation", [](BodyDef& d) { d.rotation.x() = nan; });
     expectBodyRefused("linearVelocity", [](BodyDef& d) { d.linearVelocity.x() = nan; });
@@ -274,6 +277,7 @@ TEST(BadInput, NumbersThatFloatCannotHold) {
 TEST(BadInput, Worlds) {
     expectRefused("gravity", [] { Worldd({.gravity = Vec3d(0, nan, 0)}); });
     expectRefused("contactMargin", [] { Worldd({.contactMargin = 0}); });
+    expectRefused("contactMargin", [] { Worldd({.contactMargin = 1e300}); });
     expectRefused("restitutionSpeed", [] { Worldd({.restitutionSpeed = -1}); });
     expectRefused("maxPushOutSpeed", [] { Worldd({.maxPushOutSpeed = nan}); });
     expectRefused("sleep.time", [] { Worldd({.sleep = {.time = 0}}); });
@@ -594,6 +598,7 @@ TEST(BadInput, Setters) {
     expectRefused("velocity", [&] { world.setVelocity(t.hook, zero, zero); });
     expectRefused("velocity", [&] { world.setVelocity(t.particles[0], zero, Vec3d(0, 1, 0)); });
     expectRefused("pose", [&] { world.setPose(t.crate, {bad, Quatd::Identity()}); });
+    expectRefused("pose", [&] { world.setPose(t.crate, {Vec3d(0, 1e10, 0), Quatd::Identity()}); });
     expectRefused("pose", [&] { world.setPose(t.crate, {zero, Quatd(0, 0, 0, 0)}); });
     const JointId hinge = world.add(HingeDef{.a = t.hook, .b = t.crate});
     expectRefused("motor", [&] { world.setMotor(hinge, nan, 1); });
