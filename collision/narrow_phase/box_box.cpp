@@ -153,7 +153,7 @@ bool crossedEdges(const Convex& a, const Convex& b, const EdgeAxes& edges, WorkM
 
 bool isAlongFace(const Convex& a, const Convex& b, const Vec3d& n) {
     return std::max((a.rotation.transpose() * n).cwiseAbs().maxCoeff(),
-                    (b.rotation.transpose() * n).cwiseAbs().maxCoeff()) > 0.99;
+                    (b.rotation.transpose() * n).cwiseAbs().maxCoeff()) > alongFace;
 }
 
 }  // namespace

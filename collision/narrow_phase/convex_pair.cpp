@@ -43,16 +43,10 @@ constexpr double shallow = 0.25;
 // Of it, how far another point of an edge may be from the face that it lies on but for some degrees.
 constexpr double flatWithin = 0.1;
 
-// Whether the normal of an edge is that of a face but for some eight degrees: a point alone would let what lies on the
-// face rock on it, from one end of the edge to the other, step after step.
-bool isAlong(const Vec3d& n, const Vec3d& face) {
-    return n.dot(face) > 0.99;
-}
-
 // Whether a second point is near the face, be it asked for or not, and the deepest is as deep as along the edge's
 // normal.
-bool isFlat(const std::vector<Candidate>& candidates, double depth, double scale) {
-    return std::abs(leastSeparation(candidates) + depth) <= 1e-3 * scale + 0.05 * std::abs(depth) &&
+bool isFlat(const std::vector<Candidate>& candidates, double depth, double slack, double scale) {
+    return std::abs(leastSeparation(candidates) + depth) <= slack &&
            std::ranges::count_if(candidates, [&](const Candidate& c) { return c.separation <= flatWithin * scale; }) >
                1;
 }
@@ -242,6 +236,7 @@ bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, dou
     const double depthA = hasA ? overlap(faceA) : 1e300;
     const double depthB = hasB ? overlap(-faceB) : 1e300;
     const double slack = 1e-3 * scale;
+    const double besideFace = slack + 0.05 * std::abs(depth);
     // The second only where it is clearly better: of two as good, jitter cannot exchange them.
     const bool preferB = hasB && depthB < depthA - slack;
     for (const bool takeB : {preferB, !preferB}) {
@@ -249,7 +244,7 @@ bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, dou
         // Along the normal of a face that an edge lies on, but for a few degrees, all of the edge is deep, and what of
         // it lies on the face need not be: told by what is left of it there.
         const bool isAlmostFlat = faceDepth > allowed && faceDepth < 1e300 && depth < shallow * scale &&
-                                  isAlong(n, takeB ? Vec3d(-faceB) : faceA);
+                                  n.dot(takeB ? Vec3d(-faceB) : faceA) > alongFace;
         if (faceDepth > allowed && !isAlmostFlat) {
             continue;
         }
@@ -259,13 +254,13 @@ bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, dou
         incidentOutline(other, -outward, scratch.incident);
         scratch.candidates.clear();
         clipToFace(scratch, other.radius, isAlmostFlat ? std::max(margin, flatWithin * scale) : margin);
-        if (scratch.candidates.empty() || (isAlmostFlat && !isFlat(scratch.candidates, depth, scale))) {
+        if (scratch.candidates.empty() || (isAlmostFlat && !isFlat(scratch.candidates, depth, besideFace, scale))) {
             continue;
         }
         std::erase_if(scratch.candidates, [&](const Candidate& c) { return c.separation > margin; });
-        if (leastSeparation(scratch.candidates) > -depth + slack + 0.05 * std::abs(depth)) {
+        if (leastSeparation(scratch.candidates) > -depth + besideFace) {
             // The deepest place lies beside the face, or on a rounding that the outline cuts off.
-            if (std::abs(n.dot(outward)) < 0.99) {
+            if (std::abs(n.dot(outward)) < alongFace) {
                 continue;  // as deep as the face by chance only
             }
             edgeManifold(a, b, n, near, margin, out);

@@ -20,7 +20,7 @@ struct FclAnswer {
 std::optional<FclAnswer> fclClosedForm(const Convex& a, const Convex& b, double margin);
 
 // FCL's GJK, and EPA where the cores overlap, for any two convex shapes. scale: a length of the smaller one, m.
-// Nothing: it threw, or came to no end within 200 supports of a shape.
+// Nothing: it threw, tore its polytope, or came to no end within 200 supports of a shape.
 std::optional<FclAnswer> fclSearch(const Convex& a, const Convex& b, double scale);
 
 // How far a shape reaches below the plane normal . x = offset, m, where that is more than -margin; by FCL's closed

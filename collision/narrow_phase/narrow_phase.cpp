@@ -56,12 +56,6 @@ std::vector<WorkManifold>& manifoldsOfThread() {
     return manifolds;
 }
 
-// Whether FCL is asked. `auto` asks it for no pair: for none is it as fast, or nearer to the exact answer
-// (docs/collision.md, `cairn study narrow_phase`).
-bool goesToFcl(NarrowPhase which) {
-    return which == NarrowPhase::Fcl;
-}
-
 // By closed forms and searches of our own.
 bool ownPair(const Convex& a, const Convex& b, double margin, const Vec3d& lastNormal, Scratch& scratch,
              NarrowCounts& counts, WorkManifold& out) {
@@ -103,7 +97,8 @@ void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, 
          const Vec3d& lastNormal, NarrowCounts& counts, std::vector<WorkManifold>& out) {
     Scratch& scratch = scratchOfThread();
     const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
-    const bool byFcl = goesToFcl(which);
+    // `auto` asks FCL for no pair: for none is it as fast, or nearer to the exact answer (docs/collision.md).
+    const bool byFcl = which == NarrowPhase::Fcl;
     if (isSurface(first.kind)) {
         meshAgainst(first, b, margin, byFcl, scratch, counts, out);
         return;

@@ -21,6 +21,10 @@ bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Vec3d
 bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, double margin, Scratch& scratch,
                       WorkManifold& out);
 
+// Cosine of some eight degrees, within which the normal of an edge is as good as that of a face: a point alone would
+// let what lies on the face rock on it, from one end of the edge to the other, step after step.
+constexpr double alongFace = 0.99;
+
 // convex_pair.cpp: any two convex shapes
 bool convexPair(const Convex& a, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts,
                 WorkManifold& out);

@@ -10,6 +10,7 @@ namespace cairn {
 // m, along each axis from the origin, as far as which bodies may be put: the last digit of a place there is a tenth of
 // a micrometre.
 inline constexpr double farthestPlace = 1e9;
+inline constexpr FieldRule placeRule{"m, of the body's frame", -farthestPlace, farthestPlace};
 // m, of WorldDef::contactMargin.
 inline constexpr double widestMargin = 1e3;
 
@@ -222,7 +223,7 @@ template <class A>
 void describe(A& a, BodyDef& d) {
     a.field("name", d.name, {"for joints and reports; no two bodies share one"});
     a.field("type", d.type, {"static: never moves; kinematic: moves as its velocity says; dynamic: moved by forces"});
-    a.field("position", d.position, {"m, of the body's frame", -farthestPlace, farthestPlace});
+    a.field("position", d.position, placeRule);
     a.field("rotation", d.rotation, {"quaternion x, y, z, w; made unit on loading"});
     a.field("linearVelocity", d.linearVelocity, {"m/s, of the centre of mass"});
     a.field("angularVelocity", d.angularVelocity, {"rad/s, world axes"});

@@ -268,10 +268,7 @@ void World<S>::setPose(BodyId id, const Pose<S>& pose) {
         throw InputError(label(b.name()) + ".pose", "a non-finite number or a quaternion of length 0",
                          "give a finite pose");
     }
-    if (!(pose.position.cwiseAbs().maxCoeff() <= static_cast<S>(farthestPlace))) {
-        throw InputError(label(b.name()) + ".pose", "a place out of all bounds",
-                         "give one within 1e9 m of the origin along each axis");
-    }
+    FieldCheck(label(b.name()) + ".pose").field("position", Vec3d(pose.position.template cast<double>()), placeRule);
     impl_->wakeNeighbours(id.index);
     impl_->wake(id.index);
     const Quat<S> rotation = pose.rotation.normalized();

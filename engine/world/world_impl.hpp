@@ -58,7 +58,7 @@ struct World<S>::Impl {
     bool rulesChanged = true;               // solver or accuracy, since the last step
     double lastDt = 0;                      // s
     std::vector<Before<S>> before;          // of this step, by body
-    std::vector<std::uint8_t> leavesBox;    // room of moveProxies() and catchFastBodies()
+    std::vector<std::uint8_t> leavesBox;    // room of moveThose()
     StepReport report;
 
     explicit Impl(const WorldDef& worldDef);
@@ -135,6 +135,8 @@ private:
     void detect(double dt, bool onlyChanged);
     // Boxes for a step to come.
     void moveProxies(double dt);
+    // Of the awake bodies: who leaves its fat box, most do not, is asked in parallel; they are then moved in order.
+    void moveThose(FunctionRef<bool(std::uint32_t)> leaves, FunctionRef<void(std::uint32_t)> moveOne);
     void moveProxy(std::uint32_t i, double dt);
     // Continuous collision.
     void catchFastBodies(S dt);

@@ -152,17 +152,22 @@ void World<S>::Impl::moveProxy(std::uint32_t i, double dt) {
 
 template <class S>
 void World<S>::Impl::moveProxies(double dt) {
-    // Most stay in their fat boxes: who does is asked in parallel, and the others are moved in order.
+    moveThose(
+        [&](std::uint32_t i) {
+            const Body<S>& b = bodies[i];
+            return !b.stands() && broadPhase.contains(i) &&
+                   broadPhase.needsMove(i, speculativeBox(b, dt), dt * b.v.template cast<double>());
+        },
+        [&](std::uint32_t i) { moveProxy(i, dt); });
+}
+
+template <class S>
+void World<S>::Impl::moveThose(FunctionRef<bool(std::uint32_t)> leaves, FunctionRef<void(std::uint32_t)> moveOne) {
     leavesBox.resize(awake.bodies.size());
-    parallelFor(*jobs, awake.bodies.size(), 64, [&](std::size_t k) {
-        const std::uint32_t i = awake.bodies[k];
-        const Body<S>& b = bodies[i];
-        leavesBox[k] = !b.stands() && broadPhase.contains(i) &&
-                       broadPhase.needsMove(i, speculativeBox(b, dt), dt * b.v.template cast<double>());
-    });
+    parallelFor(*jobs, awake.bodies.size(), 64, [&](std::size_t k) { leavesBox[k] = leaves(awake.bodies[k]); });
     for (std::size_t k = 0; k < awake.bodies.size(); ++k) {
         if (leavesBox[k] != 0) {
-            moveProxy(awake.bodies[k], dt);
+            moveOne(awake.bodies[k]);
         }
     }
 }
@@ -180,16 +185,8 @@ void World<S>::Impl::catchFastBodies(S dt) {
         const double moved = maxDisplacement(before[i].pose(), b.pose, b.kind->radius);
         return bounds(b.kind->def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + moved);
     };
-    leavesBox.resize(awake.bodies.size());
-    parallelFor(*jobs, awake.bodies.size(), 64, [&](std::size_t k) {
-        const std::uint32_t i = awake.bodies[k];
-        leavesBox[k] = broadPhase.contains(i) && !broadPhase.holds(i, wayBox(i));
-    });
-    for (std::size_t k = 0; k < awake.bodies.size(); ++k) {
-        if (leavesBox[k] != 0) {
-            broadPhase.move(awake.bodies[k], wayBox(awake.bodies[k]), Vec3d::Zero());
-        }
-    }
+    moveThose([&](std::uint32_t i) { return broadPhase.contains(i) && !broadPhase.holds(i, wayBox(i)); },
+              [&](std::uint32_t i) { broadPhase.move(i, wayBox(i), Vec3d::Zero()); });
     broadPhase.updateBoxes();
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
     const CcdCounts counts = collideContinuously<S>(bodies, awake.bodies, joints, broadPhase, mayMeet, before,

@@ -354,10 +354,8 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
                 settled = system.p;
                 ++deSaxceUpdates;
                 residualBefore = std::numeric_limits<double>::infinity();
-            } else {
-                if (tighten(problem, options, residualBefore, reg, report)) {
-                    return report;
-                }
+            } else if (tighten(problem, options, residualBefore, reg, report)) {
+                return report;
             }
             centre_ = system.p;
             system.v = newton;
