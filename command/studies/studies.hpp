@@ -9,3 +9,4 @@
 #include "command/studies/hanging_chain.hpp"
 #include "command/studies/narrow_phases.hpp"
 #include "command/studies/stacks.hpp"
+#include "command/studies/trials.hpp"

@@ -27,6 +27,7 @@ const std::vector<NamedStudy>& studies() {
         {"narrow_phase", "FCL's narrow phase beside our own: time and error, pair by pair", studyNarrowPhase},
         {"extremes", "where each solver ends: masses, speeds, sizes, steps ... far out (auto; --full: all)",
          studyExtremes},
+        {"trials", "every solver on every scene: what is flagged, and the worst of what is not", studyTrials},
     };
     return list;
 }

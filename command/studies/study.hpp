@@ -39,5 +39,6 @@ StudyOutput studyClusters(bool full, const Tell& tell);
 StudyOutput studyBudgets(bool full, const Tell& tell);
 StudyOutput studyNarrowPhase(bool full, const Tell& tell);
 StudyOutput studyExtremes(bool full, const Tell& tell);
+StudyOutput studyTrials(bool full, const Tell& tell);
 
 }  // namespace cairn

@@ -101,7 +101,8 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from
     // nothing.
     const S gained = sums.after - kineticEnergy_ - sums.explained - static_cast<S>(unseenSpeed) * h * force_;
-    report.energyGained += std::max(0.0, static_cast<double>(gained));
+    report.energyGained += std::isfinite(gained) ? std::max(0.0, static_cast<double>(gained)) : infinity<double>();
+    report.energyChange += std::isfinite(gained) ? static_cast<double>(gained) : 0.0;
     report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * sums.weight);
     kineticEnergy_ = sums.after;
     if (balance) {

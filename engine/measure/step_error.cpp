@@ -106,7 +106,10 @@ private:
             } else {
                 gap += violation * violation;
             }
-            if (!row.isSoft()) {
+            if (row.isSoft()) {
+                const bool isMade = row.isAngular || std::abs(residual) <= std::abs(give);
+                sum.stretched = std::max(sum.stretched, isMade ? 0.0 : static_cast<double>(std::abs(residual)));
+            } else {
                 squared += square(lever * residual);
                 drift += square(lever * (residual - carriedOver(before, residual, row.lo == S(0))));
             }
@@ -213,6 +216,7 @@ IslandError& IslandError::operator+=(const IslandError& o) {
     penetrationSum += o.penetrationSum;
     touching += o.touching;
     sunk = std::max(sunk, o.sunk);
+    stretched = std::max(stretched, o.stretched);
     maxJointGap = std::max(maxJointGap, o.maxJointGap);
     maxJointAngle = std::max(maxJointAngle, o.maxJointAngle);
     position = std::max(position, o.position);

@@ -10,7 +10,9 @@ struct IslandError {
     double maxPenetration = 0;  // m
     double penetrationSum = 0;  // m, over `touching` points
     int touching = 0;
-    double sunk = 0;           // m, by which a point is deeper than at the start of the step or its last subdivision
+    double sunk = 0;  // m, by which a point is deeper than at the start of the step or its last subdivision
+    // m, by which the length of a soft row misses what its force makes of it, where that is more than it makes.
+    double stretched = 0;
     double maxJointGap = 0;    // m
     double maxJointAngle = 0;  // rad
     double position = 0;       // m

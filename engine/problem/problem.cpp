@@ -15,6 +15,7 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     tooLong = tooLong || o.tooLong;
     residual = std::max(residual, o.residual);
     energyGained += o.energyGained;
+    energyChange += o.energyChange;
     energyInPlay = std::max(energyInPlay, o.energyInPlay);
     momentumDefect += o.momentumDefect;
     residualMomentum = std::max(residualMomentum, o.residualMomentum);

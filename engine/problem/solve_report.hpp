@@ -13,6 +13,8 @@ struct SolverSettings {
 
 // m, of a fall that counts as energy in play beside what already moves.
 constexpr double fallInPlay = 0.1;
+// Of the energy in play, what a step may gain without being named for it.
+constexpr double shareGained = 0.01;
 
 // Visits of a row that a multiply-add of 6x6 blocks counts as: 216 multiply-adds against a row's 24.
 constexpr double visitsOfProduct = 9;
@@ -31,11 +33,13 @@ struct SolveReport {
     bool tooLong = false;
     bool newtonFailed = false;    // direct: the contact problem was not solved within the cap of iterations
     double residual = 0;          // m/s, worst row of the natural map, where computed
-    double energyGained = 0;      // J
+    double energyGained = 0;      // J; infinite: something is not finite any more
+    double energyChange = 0;      // J, the same with what was lost, by friction and impacts too, taken off
     double energyInPlay = 0;      // J, against which that is judged
     double momentumDefect = 0;    // N s
     double residualMomentum = 0;  // sqrt(J), of the worst sub-step
 
+    bool gainsEnergy() const { return !(energyGained <= shareGained * energyInPlay); }
     SolveReport& operator+=(const SolveReport& o);
 };
 

@@ -27,6 +27,14 @@ struct ControllerState {
     }
 };
 
+// What of a sub-step's answer is looked at, and answered by doing the step again: from no impulses, and if that is not
+// enough, with shorter sub-steps.
+enum class Guard {
+    None,
+    Finite,
+    Energy,  // and whether energy came from nothing
+};
+
 struct StepPlan {
     int substeps = 1;
     PlanReason reason = PlanReason::Asked;
@@ -38,6 +46,7 @@ struct StepPlan {
     double maxWork = std::numeric_limits<double>::infinity();
     bool settles = false;      // it may be at rest: solved to the last digits
     bool mayBeRefused = true;  // a sub-step of it, for a shorter one
+    Guard guard = Guard::None;
     // auto: the factor was looked at, and would be too large or too dear. A look costs as much as some sweeps.
     bool isFactorRefused = false;
 
@@ -53,6 +62,7 @@ struct SubstepLimits {
     bool isFirst = true;  // sub-step of its step, or of a subdivision of it
     bool isLast = false;
     bool mayRefuse = false;  // shorter sub-steps are there to be asked for
+    bool isCold = false;     // nothing is to be started from what the last solve gave: that made energy
     // Of the step, as SolveReport::work counts it; while a solver advances it, of the sub-step. What does not fit in is
     // left undone, but for the least that gives an answer.
     double maxWork = std::numeric_limits<double>::infinity();

@@ -2,6 +2,7 @@
 #include "engine/solve/checkpoint.hpp"
 
 #include <algorithm>
+#include <optional>
 
 namespace cairn {
 namespace {
@@ -21,6 +22,10 @@ constexpr double calmShare = 0.2;
 constexpr double forgetting = 0.9;
 constexpr double leftUndone = 2;
 constexpr int longestBackoff = 16;
+
+bool isSound(Guard guard, const SolveReport& report) {
+    return guard == Guard::Energy ? !report.gainsEnergy() : std::isfinite(report.energyGained);
+}
 
 }  // namespace
 
@@ -65,79 +70,91 @@ bool StepController<S>::learn(const SolveReport& report) {
 }
 
 template <class S>
+SolveReport StepController<S>::advance(const Course& course, double maxWork) {
+    SubstepLimits& limits = problem_.limits;
+    const double worth = std::min(maxWork, problem_.plan.maxWork);
+    limits.isByPlan = worth < maxWork;
+    if (!course.isFirst && problem_.plan.mayBeRefused) {
+        problem_.atSubstep = problem_.bodies;
+    }
+    limits.isFirst = course.isFirst;
+    limits.isLast = course.left == 1;
+    limits.mayRefuse = state_.halvings < maxHalvings && course.sum.work <= shareToRefuse * worth;
+    limits.maxWork = (worth - course.sum.work) / course.left;
+    SolveReport one = solver_.advance(problem_, course.h);
+    if (limits.isByPlan && course.left > 1 && course.sum.work + one.work > worth) {
+        // More than it is worth, and not at its end.
+        one.tooLong = true;
+        one.truncated = true;
+    }
+    return one;
+}
+
+template <class S>
+typename StepController<S>::Course StepController<S>::begin(S dt, int substeps, const SolveReport& cost,
+                                                            Balance<S>& balance) {
+    problem_.beginImpulses();
+    balance.open(problem_, solver_.balances());
+    return {.sum = cost, .h = dt / static_cast<S>(substeps), .left = substeps};
+}
+
+template <class S>
 S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     SubstepLimits& limits = problem_.limits;
     limits.maxWork = maxWork;
+    limits.isCold = false;
     problem_.atStep = problem_.bodies;
-    problem_.beginImpulses();
     int& halvings = state_.halvings;
     halvings = std::max(0, halvings - 1);
     limits.workPerRow = isAsked() ? infinity<double>() : request_.workPerRow;
-    problem_.plan = plan(dt);
-    int left = problem_.plan.substeps << halvings;
-    S h = dt / static_cast<S>(left);
-    SolveReport sum;
+    problem_.plan = this->plan(dt);
+    const StepPlan& plan = problem_.plan;
+    const std::optional<Checkpoint<S>> start =
+        plan.guard != Guard::None ? std::optional<Checkpoint<S>>(problem_) : std::nullopt;
     static thread_local Balance<S> balance;
-    balance.open(problem_, solver_.balances());
-    bool isFirst = true;
-    int taken = 0;
-    while (left > 0) {
-        const double worth = std::min(maxWork, problem_.plan.maxWork);
-        limits.isByPlan = worth < maxWork;
-        if (!isFirst && problem_.plan.mayBeRefused) {
-            problem_.atSubstep = problem_.bodies;
-        }
-        limits.isFirst = isFirst;
-        limits.isLast = left == 1;
-        limits.mayRefuse = halvings < maxHalvings && sum.work <= shareToRefuse * worth;
-        limits.maxWork = (worth - sum.work) / left;
-        SolveReport one = solver_.advance(problem_, h);
-        if (limits.isByPlan && left > 1 && sum.work + one.work > worth) {
-            // More than it is worth, and not at its end.
-            one.tooLong = true;
-            one.truncated = true;
-        }
+    Course course = begin(dt, plan.substeps << halvings, {}, balance);
+    while (course.left > 0) {
+        SolveReport one = advance(course, maxWork);
         const bool goesOn = learn(one);
         one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
-            balance.close(problem_, h, one);
-            isFirst = false;
-            sum += one;
-            --left;
-            ++taken;
+            balance.close(problem_, course.h, one);
+            if (!start || halvings == maxHalvings || isSound(plan.guard, one)) {
+                course.take(one);
+                continue;
+            }
+            start->restore(problem_);
+            halvings += limits.isCold ? 1 : 0;
+            solution.halvings += limits.isCold ? 1 : 0;
+            limits.isCold = true;
+            course = begin(dt, plan.substeps << halvings, {.work = course.sum.work + one.work}, balance);
             continue;
         }
         SolveReport cost;
-        cost.newtonIterations = (goesOn ? 0 : sum.newtonIterations) + one.newtonIterations;
-        cost.factorisations = (goesOn ? 0 : sum.factorisations) + one.factorisations;
-        cost.work = (goesOn ? 0 : sum.work) + one.work;
+        cost.newtonIterations = (goesOn ? 0 : course.sum.newtonIterations) + one.newtonIterations;
+        cost.factorisations = (goesOn ? 0 : course.sum.factorisations) + one.factorisations;
+        cost.work = (goesOn ? 0 : course.sum.work) + one.work;
         if (goesOn) {
-            problem_.bodies = isFirst ? problem_.atStep : problem_.atSubstep;
-            sum += cost;
+            problem_.bodies = course.isFirst ? problem_.atStep : problem_.atSubstep;
+            course.sum += cost;
             ++halvings;
             ++solution.halvings;
-            left *= 2;
-            h *= S(0.5);
+            course.left *= 2;
+            course.h *= S(0.5);
         } else {
             problem_.bodies = problem_.atStep;
-            problem_.beginImpulses();
-            balance.open(problem_, solver_.balances());
-            isFirst = true;
-            sum = cost;
             halvings = 0;
-            taken = 0;
             ++solution.restarts;
-            limits.maxWork = maxWork - sum.work;
-            problem_.plan = plan(dt);
-            left = problem_.plan.substeps;
-            h = dt / static_cast<S>(left);
+            limits.maxWork = maxWork - cost.work;
+            problem_.plan = this->plan(dt);
+            course = begin(dt, plan.substeps, cost, balance);
         }
     }
     problem_.handImpulsesOn();
-    solution.report += sum;
-    solution.substeps += taken;
-    solution.reason = problem_.plan.reason;
-    return h;
+    solution.report += course.sum;
+    solution.substeps += course.taken;
+    solution.reason = plan.reason;
+    return course.h;
 }
 
 template <class S>

@@ -58,6 +58,24 @@ public:
 
 private:
     void solveSubdivided(S dt, int subdivisions, Solution& solution, NarrowCounts& narrow);
+    // How far the sub-steps of a subdivision have come.
+    struct Course {
+        SolveReport sum;
+        S h;       // s, of a sub-step
+        int left;  // sub-steps
+        int taken = 0;
+        bool isFirst = true;
+
+        void take(const SolveReport& one) {
+            sum += one;
+            --left;
+            ++taken;
+            isFirst = false;
+        }
+    };
+    // At the start of a subdivision of dt, or of one that begins anew after `cost`.
+    Course begin(S dt, int substeps, const SolveReport& cost, Balance<S>& balance);
+    SolveReport advance(const Course& course, double maxWork);
     // One subdivision; gives the length of its last sub-step.
     S subdivision(S dt, double maxWork, Solution& solution);
     StepPlan plan(S dt);

@@ -73,7 +73,8 @@ std::string StepReport::summary() const {
         line += over;
     }
     if (flags & FlagEnergy) {
-        line += "; " + std::to_string(counts.energetic) + " islands gained energy from nothing";
+        line += counts.energetic > 0 ? "; " + std::to_string(counts.energetic) + " islands gained energy from nothing"
+                                     : "; over 1 % of the energy in play came from nothing in the last seconds";
     }
     if (flags & FlagRepaired) {
         line += "; " + std::to_string(counts.narrow.repairedFailures) + " narrow-phase answers repaired";

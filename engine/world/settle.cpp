@@ -112,6 +112,7 @@ void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
     SolveReport& kept = state.solved.report;
     kept.residualMomentum = static_cast<double>(std::sqrt(squared));
     kept.energyGained = 0;
+    kept.energyChange = 0;
     kept.momentumDefect = 0;
 }
 

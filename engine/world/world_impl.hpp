@@ -171,6 +171,16 @@ private:
         double coulomb = 0;      // J
         double penetration = 0;  // m
         int touching = 0;
+        double energyChange = 0;  // J, as SolveReport's, and the next
+        double inPlay = 0;
+    };
+    // What no step gives away but a run does: energy from nothing of the last ten seconds, less what was lost, and the
+    // most that was in play meanwhile, both forgotten exponentially. J.
+    struct EnergyWatch {
+        double gained = 0;
+        double inPlay = 0;
+
+        bool add(double change, double inPlayNow, double dt);  // whether the flag is due
     };
     void solveIslands(S dt);
     // What a budget plans by, of one island: its rows and bodies.
@@ -182,8 +192,9 @@ private:
     std::mutex narrowMutex_;
     NarrowCounts narrow_;  // of contacts found within the islands of this step
     Totals totals_;
+    EnergyWatch energyWatch_;
     void record(const Island& island, const IslandState& state);
-    void countAndClose();
+    void countAndClose(double dt);
     bool accuracyAsked() const;
     // Whether a budget, or who replays one, chooses the quality level of a step.
     bool hasQualityLevel() const { return def.accuracy.budget > 0 || def.accuracy.qualityLevel >= 0; }

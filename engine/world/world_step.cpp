@@ -83,7 +83,7 @@ void World<S>::Impl::move(S dt) {
 
     measure();
     fallAsleep(islands.updateSleep(bodies, def.sleep, static_cast<double>(dt)));
-    countAndClose();
+    countAndClose(static_cast<double>(dt));
     stages.end();
     report.times.total = stages.all();
 }
@@ -448,11 +448,11 @@ void World<S>::Impl::record(const Island& island, const IslandState& state) {
         counts.solves += solution.solves;
     }
     counts.truncated += s.truncated ? 1 : 0;
-    // Sweeps that are too few for the masses let bodies into each other, step after step, and say nothing.
+    // Sweeps that are too few for the masses let bodies into each other and draw ropes out, step after step, and say
+    // nothing.
     constexpr double maxSunk = 0.002;  // m a step
-    constexpr double shareGained = 0.01;
-    counts.unconverged += s.unconverged || e.sunk > maxSunk ? 1 : 0;
-    counts.energetic += s.energyGained > shareGained * s.energyInPlay ? 1 : 0;
+    counts.unconverged += s.unconverged || std::max(e.sunk, e.stretched) > maxSunk ? 1 : 0;
+    counts.energetic += s.gainsEnergy() ? 1 : 0;
     StepError& error = report.error;
     error.maxPenetration = std::max(error.maxPenetration, e.maxPenetration);
     error.maxJointGap = std::max(error.maxJointGap, e.maxJointGap);
@@ -460,7 +460,9 @@ void World<S>::Impl::record(const Island& island, const IslandState& state) {
     error.position = std::max(error.position, e.position);
     error.velocity = std::max(error.velocity, e.velocity);
     error.coneViolation = std::max(error.coneViolation, e.cone);
-    error.energyGained += s.energyGained;
+    error.energyGained += std::isfinite(s.energyGained) ? s.energyGained : 0;
+    totals_.energyChange += s.energyChange;
+    totals_.inPlay += std::isfinite(s.energyInPlay) ? s.energyInPlay : 0;
     error.momentumDefect += s.momentumDefect;
     totals_.constraint += e.constraint;
     totals_.momentum += s.residualMomentum * s.residualMomentum;
@@ -494,7 +496,16 @@ bool World<S>::Impl::accuracyAsked() const {
 }
 
 template <class S>
-void World<S>::Impl::countAndClose() {
+bool World<S>::Impl::EnergyWatch::add(double change, double inPlayNow, double dt) {
+    constexpr double memory = 10;  // s
+    const double kept = std::exp(-dt / memory);
+    gained = std::max(0.0, kept * gained + change);
+    inPlay = std::max(kept * inPlay, inPlayNow);
+    return change > 0 && gained > shareGained * inPlay;
+}
+
+template <class S>
+void World<S>::Impl::countAndClose(double dt) {
     StepCounts& c = report.counts;
     c.bodies = static_cast<int>(bodies.count());
     c.joints = static_cast<int>(joints.count());
@@ -523,11 +534,14 @@ void World<S>::Impl::countAndClose() {
         report.error.residualCoulomb = std::sqrt(totals_.coulomb);
     }
     report.flags |= report.nonFinite.empty() ? 0U : static_cast<std::uint32_t>(FlagNonFinite);
-    // A joint torn this far (m) says that its solver was given too little to do, whatever it reports itself.
-    constexpr double tornJoint = 0.1;
-    const bool unconverged = c.unconverged > 0 || report.error.maxJointGap > tornJoint;
+    // A joint torn or a contact as deep as this (m) says that its solver was given too little to do, whatever it
+    // reports itself.
+    constexpr double mostOff = 0.05;
+    const bool unconverged =
+        c.unconverged > 0 || std::max(report.error.maxJointGap, report.error.maxPenetration) > mostOff;
     report.flags |= unconverged ? static_cast<std::uint32_t>(FlagUnconverged) : 0U;
-    report.flags |= c.energetic > 0 ? static_cast<std::uint32_t>(FlagEnergy) : 0U;
+    const bool gains = energyWatch_.add(totals_.energyChange, totals_.inPlay, dt);
+    report.flags |= gains || c.energetic > 0 ? static_cast<std::uint32_t>(FlagEnergy) : 0U;
     report.flags |= c.narrow.repairedFailures > 0 ? static_cast<std::uint32_t>(FlagRepaired) : 0U;
 }
 

@@ -23,7 +23,7 @@ public:
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 16) {}
     bool balances() const override { return false; }
     StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
-        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 2};
+        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 2, .guard = Guard::Energy};
     }
 
     SolveReport advance(Problem<S>& problem, S h) override {
@@ -41,20 +41,18 @@ public:
         // is left, and alpha gamma of lambda kept.
         constexpr double alpha = 0.95;
         constexpr double gamma = 0.99;
-        const bool regular = !def.postStabilise && def.warmStart > 0;
+        const double carried = problem.limits.isCold ? 0 : def.warmStart;
+        const bool regular = !def.postStabilise && carried > 0;
         BlockCoordinateDescent<S> descent(problem, system, h, def.postStabilise ? S(0) : pushOut, true,
                                           LoadRule::Carried, static_cast<S>(def.penalty > 0 ? def.penalty : 2),
                                           static_cast<S>(regular ? 1 - alpha : 1));
-        const S warm = static_cast<S>(def.warmStart * (regular ? alpha * gamma : 1));
+        const S warm = static_cast<S>(carried * (regular ? alpha * gamma : 1));
         for (std::size_t i = 0; i < system.p.size(); ++i) {
             system.p[i] = std::clamp(problem.rows[i].lambda * h * warm, system.terms[i].lo, system.terms[i].hi);
         }
         descent.startFromLastStep();
         descent.centre = system.p;
-        for (int k = 0; k < iterations_; ++k) {
-            descent.descend();
-            descent.moveCentres();
-        }
+        iterate(problem, system, descent);
         descent.nonlinearRows().restore();
         problem.storeLambda(h);
         problem.integrate(h);
@@ -69,6 +67,38 @@ public:
     }
 
 private:
+    // Where rows bend within the sub-step (limits near the pole of their angles) the iteration may run away instead of
+    // closing in. It is stopped then, at the state that the least change led to; what is not balanced there shows in
+    // the residual.
+    void iterate(const Problem<S>& problem, RowSystem<S>& system, BlockCoordinateDescent<S>& descent) const {
+        constexpr S away = 4;  // times the first change
+        S first = 0;           // J, twice the kinetic energy of a change
+        S least = infinity<S>();
+        std::vector<Vec6<S>> best;
+        std::vector<Vec6<S>> before;
+        for (int k = 0; k < iterations_; ++k) {
+            before = system.v;
+            descent.descend();
+            S change = 0;
+            for (std::size_t i = 0; i < before.size(); ++i) {
+                const Vec6<S> step = system.v[i] - before[i];
+                change += problem.bodies[i].fixed ? S(0) : step.dot(problem.bodies[i].applyMass(step));
+            }
+            first = k == 0 ? change : first;
+            if (change < least) {
+                least = change;
+                best = system.v;
+            }
+            if (!(change <= away * first) && !best.empty()) {
+                system.v = best;
+                descent.follow();
+                descent.respond();
+                return;
+            }
+            descent.moveCentres();
+        }
+    }
+
     SolverSettings settings_;
     int iterations_;
 };

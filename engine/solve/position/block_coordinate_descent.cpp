@@ -14,10 +14,12 @@ namespace {
 template <class S>
 std::vector<S> loadMasses(const Problem<S>& problem, LoadRule rule) {
     S heaviest = 0;
+    S all = 0;
     S pull = 0;  // m/s2
     for (const SolverBody<S>& body : problem.bodies) {
         if (!body.fixed) {
             heaviest = std::max(heaviest, body.mass);
+            all += body.mass;
             pull = std::max(pull, body.inverseMass * body.force.template head<3>().norm());
         }
     }
@@ -40,7 +42,7 @@ std::vector<S> loadMasses(const Problem<S>& problem, LoadRule rule) {
             own = std::max(own, problem.bodies[static_cast<std::size_t>(block.body(k))].mass);
         }
         const S carried = pull > S(0) ? force[{block.a, block.b}] / pull : S(0);
-        mass.push_back(cold || rule == LoadRule::Heaviest ? heaviest : std::clamp(carried, own, S(1e3) * heaviest));
+        mass.push_back(cold || rule == LoadRule::Heaviest ? heaviest : std::clamp(carried, own, all));
     }
     return mass;
 }

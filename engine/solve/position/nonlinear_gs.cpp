@@ -24,7 +24,9 @@ public:
     explicit NonlinearGs(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 1) {}
     StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
-        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 20};
+        // Without post-stabilisation, pushing out gives speed; there is no start to blame.
+        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 20,
+                .guard = settings_.def.postStabilise ? Guard::Energy : Guard::Finite};
     }
 
     SolveReport advance(Problem<S>& problem, S h) override {
@@ -41,7 +43,7 @@ public:
         }
         const S pushOut = static_cast<S>(settings_.maxPushOutSpeed);
         NonlinearRows<S> nonlinear(problem, system, h, def.postStabilise ? S(0) : pushOut, def.refreshRows);
-        nonlinear.warmStart(def.postStabilise ? static_cast<S>(def.warmStart) : S(0));
+        nonlinear.warmStart(def.postStabilise && !problem.limits.isCold ? static_cast<S>(def.warmStart) : S(0));
         const S asked = static_cast<S>(def.relaxation > 0 ? def.relaxation : 1);
         const S kept = static_cast<S>(1 - std::pow(1 - def.stiffness, 1.0 / iterations_));
         // Over-relaxation with few sweeps a step feeds energy in (theory section 9.5, finding c).

@@ -12,6 +12,25 @@
 namespace cairn {
 namespace {
 
+// Whether a body would go further into another than the arm at which it is met. Its own equations would turn it round
+// and round to be rid of that; what meets at such a speed is parted along straight rows first.
+template <class S>
+bool isManyArmsDeep(const Problem<S>& problem, const RowSystem<S>& system, S h) {
+    for (std::size_t i = 0; i < problem.contactRows.size(); ++i) {
+        const RowBlock<S>& block = problem.blocks[static_cast<std::size_t>(problem.jointBlocks) + i];
+        const Row<S>& normal = problem.rows[static_cast<std::size_t>(block.first)];
+        const S depth = -(normal.C + h * system.rowVelocity(normal, block));
+        const auto isShort = [&](int body, const Vec3<S>& arm) {
+            return !problem.bodies[static_cast<std::size_t>(body)].fixed && depth > arm.norm();
+        };
+        if (depth > S(0) &&
+            (isShort(block.a, problem.contactRows[i].armA) || isShort(block.b, problem.contactRows[i].armB))) {
+            return true;
+        }
+    }
+    return false;
+}
+
 template <class S>
 class Vbd final : public Solver<S> {
 public:
@@ -19,7 +38,7 @@ public:
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 8) {}
     bool balances() const override { return false; }
     StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
-        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 4};
+        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 4, .guard = Guard::Finite};
     }
 
     SolveReport advance(Problem<S>& problem, S h) override {
@@ -36,6 +55,10 @@ public:
                                           static_cast<S>(def.penalty > 0 ? def.penalty : 3));
         descent.nonlinearRows().takeSlipBack(S(1));
         descent.startFromLastStep();
+        if (isManyArmsDeep(problem, system, h)) {
+            system.sweep(problem, S(1));
+            descent.follow();
+        }
         for (int k = 0; k < iterations_; ++k) {
             descent.descend();
         }

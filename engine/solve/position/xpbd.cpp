@@ -23,7 +23,7 @@ public:
     explicit Xpbd(const SolverSettings& settings)
         : settings_(settings), iterations_(settings.def.iterations > 0 ? settings.def.iterations : 1) {}
     StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
-        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 20};
+        return {.substeps = settings_.def.substeps > 0 ? settings_.def.substeps : 20, .guard = Guard::Finite};
     }
 
     SolveReport advance(Problem<S>& problem, S h) override {
