@@ -170,6 +170,8 @@ private:
         }
         made.material.staticFriction = fields.staticFriction.value_or(made.material.staticFriction);
         made.material.restitution = fields.restitution.value_or(made.material.restitution);
+        made.material.rollingFriction = fields.rollingFriction.value_or(made.material.rollingFriction);
+        made.material.spinningFriction = fields.spinningFriction.value_or(made.material.spinningFriction);
         made.material.density = fields.density.value_or(made.material.density);
         complain(place, validate(made.material));
         return made;

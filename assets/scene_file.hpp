@@ -91,6 +91,8 @@ struct ShapeFields {
     std::string material = {};
     std::optional<double> friction = {};
     std::optional<double> staticFriction = {};
+    std::optional<double> rollingFriction = {};
+    std::optional<double> spinningFriction = {};
     std::optional<double> restitution = {};
     std::optional<double> density = {};
 };
@@ -253,6 +255,8 @@ void describe(A& a, ShapeFields& s) {
             {"overrides the material's friction, and its staticFriction unless that is given too", 0});
     a.field("staticFriction", s.staticFriction, staticFrictionRule);
     a.field("restitution", s.restitution, restitutionRule);
+    a.field("rollingFriction", s.rollingFriction, rollingFrictionRule);
+    a.field("spinningFriction", s.spinningFriction, spinningFrictionRule);
     a.field("density", s.density, densityRule);
     a.oneOf({"box", "sphere", "capsule", "cylinder", "cone", "ellipsoid", "hull", "mesh", "heightfield", "halfspace"});
 }

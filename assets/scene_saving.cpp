@@ -72,6 +72,8 @@ ShapeFields fieldsOf(const Shape& shape) {
     s.friction = unlessStandard(m.friction, standard.friction);
     s.staticFriction = m.staticFriction < 0 ? std::nullopt : std::optional<double>(m.staticFriction);
     s.restitution = unlessStandard(m.restitution, standard.restitution);
+    s.rollingFriction = unlessStandard(m.rollingFriction, standard.rollingFriction);
+    s.spinningFriction = unlessStandard(m.spinningFriction, standard.spinningFriction);
     s.density = unlessStandard(m.density, standard.density);
     return s;
 }

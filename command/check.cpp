@@ -20,10 +20,10 @@ struct CheckArguments {
 constexpr std::size_t maxIslands = 10;
 
 // Sentences of one kind that are printed.
-constexpr int maxAlike = 3;
+constexpr std::size_t maxAlike = 3;
 
 void printFindings(const Diagnosis& diagnosis) {
-    std::map<FindingKind, int> alike;
+    std::map<FindingKind, std::size_t> alike;
     for (const Finding& finding : diagnosis.findings) {
         if (++alike[finding.kind] <= maxAlike) {
             std::printf("%s\n", finding.text.c_str());
@@ -31,7 +31,7 @@ void printFindings(const Diagnosis& diagnosis) {
     }
     for (const auto& [kind, count] : alike) {
         if (count > maxAlike) {
-            std::printf("and %d more of the kind %s (--json has all)\n", count - maxAlike, name(kind));
+            std::printf("and %zu more of the kind %s (--json has all)\n", count - maxAlike, name(kind));
         }
     }
 }
@@ -79,6 +79,23 @@ void printIslands(const Diagnosis& diagnosis, double error, const Scene& scene, 
     }
 }
 
+// Names a few of the bodies that bounce: a contact takes the larger restitution of its two.
+void printBounces(const Scene& scene, const Simulation& simulation) {
+    const std::vector<Bounce> bouncing = bounces(scene);
+    if (bouncing.empty()) {
+        return;
+    }
+    std::string names;
+    for (std::size_t i = 0; i < std::min<std::size_t>(maxAlike, bouncing.size()); ++i) {
+        names += (i > 0 ? ", " : "") + bodyName(scene, simulation, bouncing[i].body) + " (e " +
+                 brief(bouncing[i].restitution) + ")";
+    }
+    if (bouncing.size() > maxAlike) {
+        names += " and " + std::to_string(bouncing.size() - maxAlike) + " more (--json has all)";
+    }
+    std::printf("bounces from %s m/s on: %s\n", brief(scene.world.restitutionSpeed).c_str(), names.c_str());
+}
+
 int check(const CheckArguments& arguments) {
     const Scene scene = openScene(arguments.scene);
     const std::unique_ptr<Simulation> simulation = makeSimulation(scene, arguments.scene.precisionValue());
@@ -91,6 +108,7 @@ int check(const CheckArguments& arguments) {
             std::printf("%s: nothing hard was found\n", scene.name.c_str());
         }
         printFindings(diagnosis);
+        printBounces(scene, *simulation);
         printIslands(diagnosis, arguments.error, scene, *simulation);
     }
     return arguments.strict && !diagnosis.findings.empty() ? exitBroken : exitOk;

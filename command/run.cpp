@@ -3,6 +3,8 @@
 
 #include <cstdio>
 
+#include <unistd.h>
+
 namespace cairn {
 
 namespace {
@@ -54,8 +56,10 @@ void printResult(const RunResult& r) {
                     static_cast<long long>(r.solves), static_cast<long long>(r.subdivisions),
                     static_cast<long long>(r.rows));
     }
+    // In red for who reads it; files and pipes get the words alone.
+    const bool isRed = isatty(STDOUT_FILENO) == 1;
     for (const std::string& flag : flagNames(r.flags)) {
-        std::printf("flag: %s\n", flag.c_str());
+        std::printf(isRed ? "\033[31mflag: %s\033[0m\n" : "flag: %s\n", flag.c_str());
     }
 }
 
@@ -123,6 +127,11 @@ int runScene(const RunArguments& arguments) {
                      brief(worst).c_str(), brief(arguments.tolerance).c_str());
         exitCode = exitBroken;
     }
+    if (arguments.tolerance && (result.flags & FlagEnergy) != 0) {
+        std::fprintf(stderr, "cairn: tolerance missed: %s J came from nothing (flag energy)\n",
+                     brief(result.energyGained).c_str());
+        exitCode = exitBroken;
+    }
     return exitCode;
 }
 
@@ -151,7 +160,7 @@ Action addRun(CLI::App& app) {
     app.add_option("--every", arguments->every, "a line (and a JSON sample) every N steps")
         ->check(CLI::Range(1, 1000000000));
     app.add_option("--tolerance", arguments->tolerance,
-                   "m; exit code 1 if a penetration or joint gap is ever worse than this")
+                   "m; exit code 1 if a penetration or joint gap is ever worse than this, or energy came from nothing")
         ->check(CLI::Range(0.0, 1e6));
     return [arguments] { return runScene(*arguments); };
 }

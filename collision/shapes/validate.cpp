@@ -136,6 +136,10 @@ void validateMaterial(const Names& names) {
             "material.staticFriction", m.staticFriction,
             "give a number that is not below friction, or a negative one for the same as friction");
     require(m.restitution >= 0 && m.restitution <= 1, "material.restitution", m.restitution, "give a number in [0, 1]");
+    require(m.rollingFriction >= 0 && std::isfinite(m.rollingFriction), "material.rollingFriction", m.rollingFriction,
+            "give a finite number >= 0 in m");
+    require(m.spinningFriction >= 0 && std::isfinite(m.spinningFriction), "material.spinningFriction",
+            m.spinningFriction, "give a finite number >= 0 in m");
     require(m.density > 0 && std::isfinite(m.density), "material.density", m.density,
             "give a finite number > 0 in kg/m3");
 }

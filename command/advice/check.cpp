@@ -57,6 +57,20 @@ const char* name(FindingKind kind) {
     return "";
 }
 
+std::vector<Bounce> bounces(const Scene& scene) {
+    std::vector<Bounce> bouncing;
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        double restitution = 0;
+        for (const Shape& shape : scene.bodies[i].shapes) {
+            restitution = std::max(restitution, shape.material.restitution);
+        }
+        if (restitution > 0) {
+            bouncing.push_back({i, restitution});
+        }
+    }
+    return bouncing;
+}
+
 nlohmann::ordered_json diagnosisJson(const Diagnosis& diagnosis, double position, const Scene& scene,
                                      const Simulation& simulation) {
     Json json;
@@ -72,6 +86,11 @@ nlohmann::ordered_json diagnosisJson(const Diagnosis& diagnosis, double position
                                     {"text", finding.text},
                                     {"figure", number(finding.figure)},
                                     {"bodies", std::move(bodies)}});
+    }
+    json["bounces"] = Json::array();
+    for (const Bounce& bounce : bounces(scene)) {
+        json["bounces"].push_back(
+            {{"body", bodyName(scene, simulation, bounce.body)}, {"restitution", bounce.restitution}});
     }
     json["islands"] = Json::array();
     for (const IslandForecast& island : diagnosis.islands) {

@@ -6,9 +6,10 @@ namespace cairn {
 
 namespace {
 
-constexpr double stature = 1.75;  // m
-constexpr double bodyMass = 75;   // kg
-constexpr double sole = 0;        // heights, of stature
+constexpr double stature = 1.75;   // m
+constexpr double bodyMass = 75;    // kg
+constexpr double stiffness = 0.5;  // N m: joints without friction would swing for minutes
+constexpr double sole = 0;         // heights, of stature
 constexpr double ankle = 0.039;
 constexpr double knee = 0.285;
 constexpr double hip = 0.530;
@@ -38,9 +39,7 @@ struct Builder {
                           .position = root * Vec3d(x, 0.5 * (low + high) * stature, z),
                           .rotation = root.rotation,
                           .linearVelocity = velocity,
-                          .mass = share * bodyMass,
-                          // Flesh: limbs on joints without friction would swing for minutes.
-                          .angularDamping = 2});
+                          .mass = share * bodyMass});
     }
 
     static Shape boxBetween(double halfWidth, double low, double high, double halfDepth) {
@@ -62,7 +61,8 @@ struct Builder {
                                               .axis = root.rotation * Vec3d(0, -1, 0),
                                               .swing = swing,
                                               .twistLower = -twist,
-                                              .twistUpper = twist});
+                                              .twistUpper = twist,
+                                              .friction = stiffness});
     }
 
     // About the doll's +x (to its left): a positive angle swings what hangs down to the back.
@@ -72,7 +72,8 @@ struct Builder {
                                           .anchor = anchor,
                                           .axis = root.rotation * Vec3d::UnitX(),
                                           .lower = lower,
-                                          .upper = upper});
+                                          .upper = upper,
+                                          .friction = stiffness});
     }
 };
 

@@ -18,6 +18,7 @@ void describe(A& a, ConeTwistDef& j) {
     const FieldRule twist = {.text = "rad", .min = -pi, .max = pi, .mayBeInfinite = true, .fileOnly = true};
     a.field("twistLower", j.twistLower, twist);
     a.field("twistUpper", j.twistUpper, twist);
+    a.field("friction", j.friction, jointFrictionRule);
 }
 
 inline std::optional<Complaint> validate(const ConeTwistDef& j) {
@@ -50,6 +51,7 @@ void linearize(const ConeTwistDef& def, const JointFrames<S>& frames, const Pose
     twist.b.template tail<3>() = frameA * gradient;
     twist.a = -twist.b;
     rows.limits(twist, S(2) * std::atan2(q.x(), q.w()), static_cast<S>(def.twistLower), static_cast<S>(def.twistUpper));
+    frictionRows(def.friction, frames, a, rows);
 }
 
 }  // namespace cairn

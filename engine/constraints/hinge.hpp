@@ -1,6 +1,7 @@
 #pragma once
 // Hinge: C = p_b - p_a (3 rows); C = (y_a . x_b, z_a . x_b), the axis of b seen across that of a (2 rows, theory 4.10);
-// limits on the angle phi = atan2(y_b . z_a, y_b . y_a); a motor on its rate.
+// limits on the angle phi = atan2(y_b . z_a, y_b . y_a); a motor on its rate, or
+// friction, which is a motor of speed 0.
 #include <cairn/joints/hinge.hpp>
 
 #include "engine/constraints/joint_parts.hpp"
@@ -15,6 +16,7 @@ void describe(A& a, HingeDef& j) {
     a.field("upper", j.upper, {.text = "rad; left out: unlimited", .mayBeInfinite = true});
     a.field("motorSpeed", j.motorSpeed, turnRateRule);
     a.field("motorTorque", j.motorTorque, {"N m, the most the motor gives; 0: no motor", 0});
+    a.field("friction", j.friction, jointFrictionRule);
 }
 
 inline std::optional<Complaint> validate(const HingeDef& j) {
@@ -46,6 +48,8 @@ void linearize(const HingeDef& def, const JointFrames<S>& frames, const Pose<S>&
     if (def.motorTorque > 0) {
         rows.makeMotor(rows.angular(frameA.col(0), S(0)), static_cast<S>(def.motorSpeed),
                        static_cast<S>(def.motorTorque));
+    } else if (def.friction > 0) {
+        rows.makeMotor(rows.angular(frameA.col(0), S(0)), S(0), static_cast<S>(def.friction));
     }
 }
 

@@ -72,6 +72,19 @@ void pointRows(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
     rows.pointForce(3, armA, armB);
 }
 
+inline constexpr FieldRule jointFrictionRule = {"N m, the most that resists turning", 0};
+
+// Friction against turning: a velocity row about each axis of a's joint frame.
+template <class S>
+void frictionRows(double friction, const JointFrames<S>& frames, const Pose<S>& a, RowWriter<S>& rows) {
+    if (friction > 0 && !frames.particles) {
+        const Mat3<S> axes = (a.rotation * frames.a.rotation).toRotationMatrix();
+        for (int k = 0; k < 3; ++k) {
+            rows.makeMotor(rows.angular(axes.col(k), S(0)), S(0), static_cast<S>(friction));
+        }
+    }
+}
+
 // Three rows that keep b's joint frame turned as a's: C = log(R_b R_a^T) in the axes of a's frame. The gradient is
 // J_L^-1(C) (w_b - w_a) (theory 4.9).
 template <class S>

@@ -1,3 +1,4 @@
+#include "engine/contacts/crowds.hpp"
 #include "engine/contacts/internal_edges.hpp"
 
 #include <algorithm>
@@ -101,6 +102,11 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
     manifold.friction = combined<S>(materialA.friction, materialB.friction);
     manifold.staticFriction = combined<S>(staticFriction(materialA), staticFriction(materialB));
     manifold.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
+    manifold.rollingFriction = static_cast<S>(std::max(materialA.rollingFriction, materialB.rollingFriction));
+    manifold.spinningFriction = static_cast<S>(std::max(materialA.spinningFriction, materialB.spinningFriction));
+    if (before != nullptr && before->turned) {
+        manifold.turned = std::move(before->turned);
+    }
     const std::array<int, 4> match =
         before != nullptr ? matchPoints(found(*before), geometry) : std::array<int, 4>{-1, -1, -1, -1};
     for (std::size_t k = 0; k < static_cast<std::size_t>(geometry.count); ++k) {
@@ -244,6 +250,7 @@ template <class S>
 void PairContacts<S>::beginStep() {
     clearEnded();
     for (ContactManifold<S>& manifold : manifolds) {
+        manifold.turned.reset();
         for (ContactPointState<S>& point : manifold.points) {
             point.impulse.setZero();
             point.normalImpulse = S(0);
@@ -254,6 +261,7 @@ void PairContacts<S>::beginStep() {
 template <class S>
 void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S>& a, const Pose<S>& poseA,
                                 const Body<S>& b, const Pose<S>& poseB) {
+    bool isFirst = true;
     for (const ContactPointState<S>& point : manifold.points) {
         if (manifold.isTransferred(manifold.placeOf(point)) || point.impulse.isZero(S(0))) {
             continue;
@@ -265,6 +273,10 @@ void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S
         end.normal = geometry.direction(poseA, poseB).template cast<double>();
         end.impulse = point.impulse.template cast<double>();
         end.normalImpulse = static_cast<double>(point.normalImpulse);
+        if (isFirst && manifold.turned) {
+            end.angularImpulse = manifold.turned->template cast<double>();
+        }
+        isFirst = false;
         end.shapeA = manifold.shapeA;
         end.shapeB = manifold.shapeB;
         end.triangles = trianglesOf(*this, manifold, point, a, b);
@@ -348,9 +360,10 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
 }
 
 template <class S>
-void ContactTable<S>::update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies,
+void ContactTable<S>::update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies,
                              const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
-    follow(near, bodies);
+    crowded_ = leaveOutCrowds(found, bodies, near_);
+    follow(crowded_ > 0 ? near_ : found, bodies);
     collide(bodies, speculative, jobs, onlyChanged);
     cull(bodies, jobs, onlyChanged);
 }

@@ -46,6 +46,9 @@ struct ContactManifold {
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
+    S rollingFriction = 0;               // m
+    S spinningFriction = 0;              // m
+    Rare<Vec3<S>> turned;                // N m s over the step, on b, of those two
     Rare<std::array<Vec3<S>, 4>> slips;  // by point, see slip()
     S deeper = 0;                        // m, as Manifold's
     std::array<ContactPointState<S>, 4> points;
@@ -94,6 +97,7 @@ struct EndedContact {
     Vec3d normal = Vec3d::UnitY();
     Vec3d impulse = Vec3d::Zero();  // N s, on b
     double normalImpulse = 0;
+    Vec3d angularImpulse = Vec3d::Zero();  // N m s, as ContactManifold::turned
     std::uint32_t shapeA = 0;
     std::uint32_t shapeB = 0;
     std::array<int, 2> triangles = {-1, -1};
@@ -191,9 +195,10 @@ struct GroundPair {
 template <class S>
 class ContactTable {
 public:
-    // Follows the sorted list of near pairs and runs the narrow phase where a pair moved; with `onlyChanged`, where a
-    // body has changed between two steps (Body::changed). What is settled (Body::settled) has not moved.
-    void update(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, const SpeculativeBounds& speculative,
+    // Follows the sorted list of near pairs (less what crowds have too many of: crowds.hpp) and runs the narrow phase
+    // where a pair moved; with `onlyChanged`, where a body has changed between two steps (Body::changed). What is
+    // settled (Body::settled) has not moved.
+    void update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies, const SpeculativeBounds& speculative,
                 JobSystem& jobs, bool onlyChanged = false);
     // Forgets the pairs that came apart in the last step.
     void beginStep() { gone_.clear(); }
@@ -210,6 +215,7 @@ public:
     int restingPoints() const { return restingPoints_; }
     const std::vector<PairContacts<S>>& gone() const { return gone_; }  // came apart in this step, after an impulse
     const NarrowCounts& counts() const { return counts_; }              // of the last update
+    int crowded() const { return crowded_; }                            // near pairs that it left out
     int carried() const { return carried_; }  // pairs that kept their manifolds in it though awake
 
 private:
@@ -222,6 +228,7 @@ private:
     std::vector<PairContacts<S>> pairs_;  // sorted
     // Room for update().
     std::vector<PairContacts<S>> next_;
+    std::vector<ProxyPair> near_;
     std::vector<PairContacts<S>> gone_;
     std::map<ProxyPair, PairContacts<S>> resting_;
     int restingPoints_ = 0;
@@ -233,6 +240,7 @@ private:
 
     NarrowCounts counts_;
     int carried_ = 0;
+    int crowded_ = 0;
 };
 
 }  // namespace cairn

@@ -191,6 +191,9 @@ inline constexpr FieldRule frictionRule = {"sliding Coulomb coefficient", 0};
 inline constexpr FieldRule staticFrictionRule = {
     .text = "sticking Coulomb coefficient, at least friction; left out: the same", .min = 0, .fileOnly = true};
 inline constexpr FieldRule restitutionRule = {"share of the approach speed that a bounce gives back", 0, 1};
+inline constexpr FieldRule rollingFrictionRule = {"m, torque that resists rolling, over the normal force", 0};
+inline constexpr FieldRule spinningFrictionRule = {"m, torque that resists spinning about the normal, over its force",
+                                                   0};
 inline constexpr FieldRule densityRule = {.text = "kg/m3", .min = 0, .above = true};
 
 template <class A>
@@ -198,6 +201,8 @@ void describe(A& a, Material& m) {
     a.field("friction", m.friction, frictionRule);
     a.field("staticFriction", m.staticFriction, staticFrictionRule);
     a.field("restitution", m.restitution, restitutionRule);
+    a.field("rollingFriction", m.rollingFriction, rollingFrictionRule);
+    a.field("spinningFriction", m.spinningFriction, spinningFrictionRule);
     a.field("density", m.density, densityRule);
 }
 

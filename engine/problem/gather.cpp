@@ -125,7 +125,6 @@ void Gatherer<S>::gather() {
         placeOf(pair.pair.a);
         placeOf(pair.pair.b);
     }
-    colourJoints();
     fillContacts();
 }
 
@@ -137,7 +136,7 @@ void Gatherer<S>::gatherContacts() {
 
 template <class S>
 void Gatherer<S>::colourJoints() {
-    if (problem_.jobs == nullptr || problem_.joints.size() + problem_.locks.size() == 0) {
+    if (problem_.jobs == nullptr || problem_.joints.size() + problem_.locks.size() + problem_.rolls.size() == 0) {
         return;
     }
     std::vector<Pushed> joints;
@@ -147,6 +146,10 @@ void Gatherer<S>::colourJoints() {
     }
     for (const typename Problem<S>::LockLink& lock : problem_.locks) {
         joints.push_back({lock.b, -1, -1, -1});
+    }
+    for (const typename Problem<S>::RollLink& roll : problem_.rolls) {
+        const ProblemContact<S>& contact = problem_.contacts[roll.contact];
+        joints.push_back({pushed(contact.a), pushed(contact.b), -1, -1});
     }
     Colouring colouring;
     findColours(joints, problem_.bodies.size(), colouring);
@@ -202,6 +205,26 @@ void Gatherer<S>::fillContacts() {
     problem_.geometry.resize(static_cast<std::size_t>(count));
     problem_.forEach(problem_.contacts.size(), [&](std::size_t c) { fillPoints(problem_.contacts[c]); });
     problem_.startContacts();
+    fillRolls();
+    colourJoints();
+}
+
+template <class S>
+void Gatherer<S>::fillRolls() {
+    problem_.rolls.clear();
+    for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
+        const ProblemContact<S>& contact = problem_.contacts[c];
+        const ContactManifold<S>& manifold = world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
+        const auto turns = [&](int body) { return !problem_.bodies[static_cast<std::size_t>(body)].particle; };
+        if ((manifold.rollingFriction > S(0) || manifold.spinningFriction > S(0)) && contact.count > 0 &&
+            turns(contact.a) && turns(contact.b)) {
+            problem_.rolls.push_back(
+                {static_cast<std::uint32_t>(c), manifold.rollingFriction, manifold.spinningFriction});
+            if (manifold.turned) {
+                problem_.rolls.back().impulse = *manifold.turned;
+            }
+        }
+    }
 }
 
 template <class S>
@@ -239,6 +262,10 @@ void Gatherer<S>::handContactsBack() {
             ++from;
         }
     });
+    for (const typename Problem<S>::RollLink& roll : problem_.rolls) {
+        const ProblemContact<S>& contact = problem_.contacts[roll.contact];
+        world_.contacts.pairs()[contact.pair].manifolds[contact.manifold].turned.make() = roll.impulse;
+    }
 }
 
 template <class S>

@@ -48,6 +48,7 @@ private:
     void fillPoints(const ProblemContact<S>& contact);
     void colourContacts();
     void colourJoints();
+    void fillRolls();
     void handContactsBack();
     int pushed(int body) const { return problem_.bodies[static_cast<std::size_t>(body)].fixed ? -1 : body; }
     const WorldTables<S>& world_;

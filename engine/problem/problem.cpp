@@ -52,6 +52,7 @@ void Problem<S>::clear() {
     geometry.clear();
     joints.clear();
     locks.clear();
+    rolls.clear();
     jointLambda.clear();
     jointImpulse.clear();
     jointGiven_.clear();
@@ -224,6 +225,13 @@ void Problem<S>::linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<
     for (std::size_t i = 0; i < jointLambda.size(); ++i) {
         out[first + i].lambda = jointLambda[i];
     }
+    for (const RollLink& roll : rolls) {
+        RowBlock<S>& block = blocksOut.emplace_back();
+        linearizeRoll(roll, out, block);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(block.count); ++k) {
+            out[static_cast<std::size_t>(block.first) + k].lambda = roll.lambda[k];
+        }
+    }
 }
 
 template <class S>
@@ -231,6 +239,41 @@ void Problem<S>::linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, R
     block.first = static_cast<int>(out.size());
     RowWriter<S> writer(out, block);
     linearizeAxisLock(lock.linear, lock.angular, lock.home, poseOf(lock.b), writer);
+}
+
+template <class S>
+void Problem<S>::linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const {
+    const ProblemContact<S>& contact = contacts[roll.contact];
+    const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
+    block.a = contact.a;
+    block.b = contact.b;
+    block.first = static_cast<int>(out.size());
+    S force = 0;
+    for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
+        force += points[i].normalForce;
+    }
+    RowWriter<S> writer(out, block);
+    const Vec3<S> normal = geometry[first].direction(poseOf(contact.a), poseOf(contact.b));
+    if (roll.spinning > S(0)) {
+        writer.makeMotor(writer.angular(normal, S(0)), S(0), roll.spinning * force);
+    }
+    if (roll.rolling > S(0)) {
+        // The first along the roll at the start of the sub-step, so that two bounds resist every direction alike.
+        const auto spin = [&](int body) -> Vec3<S> {
+            return bodies[static_cast<std::size_t>(body)].vBefore.template tail<3>();
+        };
+        Vec3<S> along = spin(contact.b) - spin(contact.a);
+        along -= normal.dot(along) * normal;
+        Vec3<S> across;
+        if (const S speed = along.norm(); speed > Eigen::NumTraits<S>::epsilon()) {
+            along /= speed;
+            across = normal.cross(along);
+        } else {
+            completeBasis(normal, along, across);
+        }
+        writer.makeMotor(writer.angular(along, S(0)), S(0), roll.rolling * force);
+        writer.makeMotor(writer.angular(across, S(0)), S(0), roll.rolling * force);
+    }
 }
 
 template <class S>
@@ -306,7 +349,11 @@ void Problem<S>::relinearize(std::size_t k) {
     } else if (k < static_cast<std::size_t>(jointBlocks)) {
         block.a = blocks[k].a;
         block.b = blocks[k].b;
-        linearizeLock(locks[k - joints.size()], scratch, block);
+        if (k - joints.size() < locks.size()) {
+            linearizeLock(locks[k - joints.size()], scratch, block);
+        } else {
+            linearizeRoll(rolls[k - joints.size() - locks.size()], scratch, block);
+        }
     } else {
         const std::size_t i = k - static_cast<std::size_t>(jointBlocks);
         ProblemContact<S>& contact = contacts[static_cast<std::size_t>(contactOfPoint_[i])];
@@ -338,6 +385,10 @@ void Problem<S>::jointErrors(std::vector<S>& C) const {
         RowBlock<S> block;
         linearizeLock(lock, scratch, block);
     }
+    for (const RollLink& roll : rolls) {
+        RowBlock<S> block;
+        linearizeRoll(roll, scratch, block);
+    }
     C.resize(scratch.size());
     for (std::size_t i = 0; i < scratch.size(); ++i) {
         C[i] = scratch[i].C;
@@ -362,10 +413,15 @@ void Problem<S>::handImpulsesOn() {
     if (jointGiven_.empty() && pointGiven_.empty()) {
         return;
     }
-    jointImpulse.resize(jointGiven_.size());
+    const std::size_t held = joints.size() + locks.size();
+    jointImpulse.resize(held);
     for (std::size_t k = 0; k < jointGiven_.size(); ++k) {
-        jointImpulse[k].a += jointGiven_[k].a;
-        jointImpulse[k].b += jointGiven_[k].b;
+        if (k < held) {
+            jointImpulse[k].a += jointGiven_[k].a;
+            jointImpulse[k].b += jointGiven_[k].b;
+        } else {
+            rolls[k - held].impulse += jointGiven_[k].b.template tail<3>();
+        }
     }
     forEach(points.size(), [&](std::size_t i) {
         points[i].impulse += pointGiven_[i].impulse;
@@ -382,10 +438,15 @@ void Problem<S>::storeJointLambda(S h) {
         pointGiven_[point] += impact;
     }
     jointLambda.clear();
+    const std::size_t held = joints.size() + locks.size();
     for (std::size_t k = 0; k < static_cast<std::size_t>(jointBlocks); ++k) {
         for (int r = 0; r < blocks[k].count; ++r) {
             const Row<S>& row = rows[static_cast<std::size_t>(blocks[k].first + r)];
-            jointLambda.push_back(row.lambda);
+            if (k < held) {
+                jointLambda.push_back(row.lambda);
+            } else {
+                rolls[k - held].lambda[static_cast<std::size_t>(r)] = row.lambda;
+            }
             if (row.lambda != S(0)) {
                 jointGiven_[k].a += h * row.lambda * row.a;
                 jointGiven_[k].b += h * row.lambda * row.b;

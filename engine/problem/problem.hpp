@@ -56,6 +56,14 @@ struct Problem {
         int fixedBody, b;       // fixedBody: a static stand-in for the world
         std::vector<S> lambda;  // of its rows, after the last step
     };
+    // Rolling and spinning friction of a contact: a row about the normal and two across it, whose bounds go by the
+    // normal force of the sub-step before.
+    struct RollLink {
+        std::uint32_t contact;                // of `contacts`
+        S rolling, spinning;                  // m, torque over normal force
+        std::array<S, 3> lambda = {0, 0, 0};  // N m, of its rows, after the last sub-step
+        Vec3<S> impulse = Vec3<S>::Zero();    // N m s of the step, on b
+    };
     // What a joint or lock gave, laid out as the gradients of its rows are: N s, N m s.
     struct JointGiven {
         Vec6<S> a = Vec6<S>::Zero();
@@ -78,6 +86,7 @@ struct Problem {
     std::vector<ContactGeometry<S>> geometry;  // by contact point
     std::vector<JointLink> joints;
     std::vector<LockLink> locks;
+    std::vector<RollLink> rolls;
     std::vector<S> jointLambda;  // of the rows of joints and locks after the last solve; empty: none in this step
     std::vector<JointGiven> jointImpulse;  // of the step, by joint, then by lock
 
@@ -85,12 +94,12 @@ struct Problem {
     std::vector<SolverBody<S>> atStep;
     std::vector<SolverBody<S>> atSubstep;
 
-    // Rows of this sub-step: joints first, then locks, then contact points, a block each; or, for solvers that know
-    // contacts in short, without the latter.
+    // Rows of this sub-step: joints first, then locks, then rolls, then contact points, a block each; or, for solvers
+    // that know contacts in short, without the latter.
     std::vector<Row<S>> rows;
     std::vector<RowBlock<S>> blocks;
     std::vector<RowResponse<S>> responses;  // of rows, as they were at the last respond()
-    int jointBlocks = 0;  // blocks before this one belong to joints and locks, whose C bends with the motion
+    int jointBlocks = 0;  // blocks before this one belong to joints, locks and rolls, whose C bends with the motion
     std::vector<ContactRows<S>> contactRows;  // by contact point
 
     // Of an island that is worth it the ends of the colours, each a range of `contacts` (or of joints and locks) in
@@ -215,6 +224,7 @@ private:
     void beginRows();
     void placeContacts();
     void linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, RowBlock<S>& block) const;
+    void linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     void storeJointLambda(S h);
     // N; friction as `friction` of ProblemPoint.
     void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force);

@@ -35,7 +35,15 @@ template <class S>
 double rowCount(const Problem<S>& problem) {
     constexpr double rowsOfJoint = 4;
     return 3 * static_cast<double>(problem.points.size()) +
-           rowsOfJoint * static_cast<double>(problem.joints.size() + problem.locks.size());
+           rowsOfJoint * static_cast<double>(problem.joints.size() + problem.locks.size() + problem.rolls.size());
+}
+
+// Whether bodies are as deep in each other as will move them.
+template <class S>
+bool isPressed(const Problem<S>& problem) {
+    constexpr S deep = S(0.005);  // m
+    return std::any_of(problem.points.begin(), problem.points.end(),
+                       [](const ProblemPoint<S>& point) { return point.separation < -deep; });
 }
 
 // Whether joints are worth a factor: all but those of cloth and soft bodies, which are as many that it would cost more
@@ -72,7 +80,7 @@ Auto<S>::Auto(const SolverSettings& settings)
 template <class S>
 StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) const {
     const double rows = rowCount(problem);
-    const bool moves = direct_->moves(problem);
+    const bool moves = direct_->moves(problem) || isPressed(problem);
     StepPlan plan;
     plan.maxWork = moves && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();

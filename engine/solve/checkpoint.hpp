@@ -12,6 +12,7 @@ public:
           contacts_(problem.contacts),
           points_(problem.points),
           geometry_(problem.geometry),
+          rolls_(problem.rolls),
           jointLambda_(problem.jointLambda),
           jointImpulse_(problem.jointImpulse) {}
     void restore(Problem<S>& problem) const {
@@ -19,6 +20,7 @@ public:
         problem.contacts = contacts_;
         problem.points = points_;
         problem.geometry = geometry_;
+        problem.rolls = rolls_;
         problem.jointLambda = jointLambda_;
         problem.jointImpulse = jointImpulse_;
     }
@@ -28,6 +30,7 @@ private:
     std::vector<ProblemContact<S>> contacts_;
     std::vector<ProblemPoint<S>> points_;
     std::vector<ContactGeometry<S>> geometry_;
+    std::vector<typename Problem<S>::RollLink> rolls_;
     std::vector<S> jointLambda_;
     std::vector<typename Problem<S>::JointGiven> jointImpulse_;
 };

@@ -21,7 +21,7 @@ constexpr double calmShare = 0.2;
 // truncated.
 constexpr double forgetting = 0.9;
 constexpr double leftUndone = 2;
-constexpr int longestBackoff = 16;
+constexpr int longestBackoff = 128;
 
 bool isSound(Guard guard, const SolveReport& report) {
     return guard == Guard::Energy ? !report.gainsEnergy() : std::isfinite(report.energyGained);
@@ -115,10 +115,17 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     Course course = begin(dt, plan.substeps << halvings, {}, balance);
     while (course.left > 0) {
         SolveReport one = advance(course, maxWork);
+        if (!one.tooLong) {
+            balance.close(problem_, course.h, one);
+            if (plan.mayRestart() && one.gainsEnergy()) {
+                // What sweeps left deep in each other, an exact solution may throw apart.
+                one.tooLong = true;
+                one.truncated = true;
+            }
+        }
         const bool goesOn = learn(one);
         one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
-            balance.close(problem_, course.h, one);
             if (!start || halvings == maxHalvings || isSound(plan.guard, one)) {
                 course.take(one);
                 continue;

@@ -50,6 +50,7 @@ std::vector<ContactView> World<S>::contacts() const {
             view.friction = end.friction;
             view.staticFriction = end.staticFriction;
             view.restitution = end.restitution;
+            view.angularImpulse = end.angularImpulse;
             tellImpulse(view, end.impulse, end.normalImpulse, dt);
         }
     };
@@ -88,6 +89,11 @@ std::vector<ContactView> World<S>::contacts() const {
                 view.friction = static_cast<double>(manifold.friction);
                 view.staticFriction = static_cast<double>(manifold.staticFriction);
                 view.restitution = static_cast<double>(manifold.restitution);
+                view.rollingFriction = static_cast<double>(manifold.rollingFriction);
+                view.spinningFriction = static_cast<double>(manifold.spinningFriction);
+                if (k == 0 && manifold.turned) {
+                    view.angularImpulse = manifold.turned->template cast<double>();
+                }
                 tellImpulse(view, point.impulse.template cast<double>(), static_cast<double>(point.normalImpulse), dt);
                 const auto speed = [&](const Body<S>& body) {
                     const Vec3<S> arm = view.point.template cast<S>() - body.pose.position;

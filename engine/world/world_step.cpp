@@ -94,6 +94,7 @@ void World<S>::Impl::detect(double dt, bool onlyChanged) {
                     *jobs, onlyChanged);
     report.counts.narrow += contacts.counts();
     report.counts.carriedPairs = contacts.carried();
+    report.counts.crowdedPairs = contacts.crowded();
     detectedFor = onlyChanged ? std::min(dt, detectedFor) : dt;
     for (const std::uint32_t i : changed) {
         bodies[i].changed = false;
@@ -537,8 +538,8 @@ void World<S>::Impl::countAndClose(double dt) {
     // A joint torn or a contact as deep as this (m) says that its solver was given too little to do, whatever it
     // reports itself.
     constexpr double mostOff = 0.05;
-    const bool unconverged =
-        c.unconverged > 0 || std::max(report.error.maxJointGap, report.error.maxPenetration) > mostOff;
+    const bool unconverged = c.unconverged > 0 || c.crowdedPairs > 0 ||
+                             std::max(report.error.maxJointGap, report.error.maxPenetration) > mostOff;
     report.flags |= unconverged ? static_cast<std::uint32_t>(FlagUnconverged) : 0U;
     const bool gains = energyWatch_.add(totals_.energyChange, totals_.inPlay, dt);
     report.flags |= gains || c.energetic > 0 ? static_cast<std::uint32_t>(FlagEnergy) : 0U;

@@ -15,7 +15,11 @@ struct Material {
     double friction = 0.6;       // dynamic (sliding) Coulomb coefficient, >= 0
     double staticFriction = -1;  // sticking Coulomb coefficient, >= friction; negative: the same as friction
     double restitution = 0;      // e in [0, 1], applied to the stored approach speed
-    double density = 1000;       // kg/m3, > 0; water, so that a body without a mass weighs something plausible
+    // m, >= 0: the torque that resists a turn, over the normal force. Rolling: about axes along the surface. Spinning:
+    // about its normal. Of two surfaces the larger counts. 0: what turns goes on turning, and costs nothing.
+    double rollingFriction = 0;
+    double spinningFriction = 0;
+    double density = 1000;  // kg/m3, > 0; water, so that a body without a mass weighs something plausible
 
     bool operator==(const Material&) const = default;
 };

@@ -28,12 +28,17 @@ struct ContactView {
     double normalImpulse = 0;
     double normalForce = 0;               // N
     Vec3d frictionForce = Vec3d::Zero();  // N, on b
-    double approachSpeed = 0;             // m/s, along the normal, after the step; negative: they part
-    double error = 0;                     // m, as StepError::position: depth, hovering under load, or slip in a step
+    // N m s over the step, on b: of rolling and spinning friction, which a manifold gives as a whole; its first point
+    // tells it.
+    Vec3d angularImpulse = Vec3d::Zero();
+    double approachSpeed = 0;  // m/s, along the normal, after the step; negative: they part
+    double error = 0;          // m, as StepError::position: depth, hovering under load, or slip in a step
     // Of the two surfaces together.
     double friction = 0;  // sliding
     double staticFriction = 0;
     double restitution = 0;
+    double rollingFriction = 0;  // m
+    double spinningFriction = 0;
 };
 
 // A joint as it stands after a step.

@@ -172,6 +172,10 @@ TEST_F(Command, ToleranceMissedIsExitCodeOne) {
     EXPECT_EQ(missed.code, 1);
     EXPECT_NE(missed.err.find("tolerance missed"), std::string::npos) << missed.err;
     EXPECT_EQ(cairn(base + " --tolerance 1").code, 0);
+    // A weight of 100 kg that Jacobi's few iterations throw about: the gap allowed is kept, the energy is not.
+    const Outcome gained = cairn("run heavy --solver jacobi --seconds 1 --tolerance 1");
+    EXPECT_EQ(gained.code, 1);
+    EXPECT_NE(gained.err.find("came from nothing"), std::string::npos) << gained.err;
 }
 
 TEST_F(Command, BadInputIsExitCodeTwoAndNamesTheNearest) {

@@ -12,6 +12,7 @@ struct ConeTwistDef {
     double swing = 0.8;            // rad, half opening of the cone, in (0, pi)
     double twistLower = -0.5;      // rad, > -pi or -unlimited
     double twistUpper = 0.5;       // rad, < pi or unlimited
+    double friction = 0;           // N m, the most that resists turning about each of a's axes
     Softness softness = {};        // of the shared point; the limits stay hard
     bool collide = false;          // whether a and b go on colliding with each other
 

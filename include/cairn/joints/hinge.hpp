@@ -12,6 +12,7 @@ struct HingeDef {
     double upper = unlimited;      // rad, < pi or unlimited
     double motorSpeed = 0;         // rad/s, of b against a
     double motorTorque = 0;        // N m, the most the motor gives; 0: no motor
+    double friction = 0;           // N m, the most that resists turning; beside a motor it has no say
     Softness softness = {};        // of the rows that hold the axis; limits and motor stay hard
     bool collide = false;          // whether a and b go on colliding with each other
 

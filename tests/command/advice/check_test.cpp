@@ -52,6 +52,15 @@ TEST(Check, WhatStandsByItselfRaisesNoAlarm) {
     EXPECT_EQ(json.at("islands").at(0).at("exact"), false);
 }
 
+TEST(Check, WhatBouncesIsNamed) {
+    const auto json = check("bounce", {{"balls", 3}});
+    // Restitution 0, .5 and 1; the floor takes what the ball has.
+    ASSERT_EQ(json.at("bounces").size(), 2u) << json.dump(1);
+    EXPECT_EQ(json.at("bounces").at(0).at("restitution"), 0.5);
+    EXPECT_EQ(json.at("bounces").at(1).at("restitution"), 1.0);
+    EXPECT_TRUE(check("tower", {}).at("bounces").empty());
+}
+
 TEST(Check, WhatIsWovenOfSpringsGetsOneSentence) {
     for (const char* const name : {"cloth", "jelly", "rope"}) {
         const auto json = check(name, {});

@@ -1,0 +1,19 @@
+#pragma once
+// What a heap that was born in one spot asks of a step: a thousand boxes in one place are half a million pairs, of
+// which a few suffice to drive them apart.
+#include "engine/model/body.hpp"
+
+#include "collision/broad_phase/broad_phase.hpp"
+
+namespace cairn {
+
+// Bodies that are so deep in each other that no other than a mistake put them there: their centres are nearer than half
+// their inner radii together. Of such pairs each body keeps this many.
+inline constexpr int mostDeepNeighbours = 16;
+
+// `near` less those deep pairs that both bodies have too many of, in order; gives how many were left out. Where none
+// is, `kept` is not touched.
+template <class S>
+int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, std::vector<ProxyPair>& kept);
+
+}  // namespace cairn

@@ -1,0 +1,52 @@
+// Bodies that are born in one spot come apart, at a cost that does not go by their square.
+#include "tests/engine/engine_kit.hpp"
+
+namespace cairn {
+namespace {
+
+Worldd crowd(int count) {
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    for (int i = 0; i < count; ++i) {
+        world.add({.shapes = {box(Vec3d::Constant(0.5))}, .position = {0, 2, 0}});
+    }
+    return world;
+}
+
+TEST(Crowds, BoxesBornInOneSpotComeApart) {
+    constexpr int count = 300;
+    Worldd world = crowd(count);
+    const StepReport& first = world.step(1.0 / 60);
+    EXPECT_GT(first.counts.crowdedPairs, count * count / 4);
+    EXPECT_LE(first.counts.contacts, 8 * count * 8);
+    EXPECT_TRUE(first.flags & FlagUnconverged);
+    EXPECT_EQ(first.flags & FlagNonFinite, 0U);
+    for (int i = 0; i < 600; ++i) {
+        world.step(1.0 / 60);
+    }
+    EXPECT_EQ(world.report().counts.crowdedPairs, 0);
+    EXPECT_LT(world.report().error.maxPenetration, 0.05);
+    double farthest = 0;
+    for (const BodyId body : world.bodies()) {
+        ASSERT_TRUE(world.centre(body).allFinite());
+        farthest = std::max(farthest, world.centre(body).norm());
+    }
+    // A heap, not an explosion.
+    EXPECT_LT(farthest, 60);
+}
+
+// What lies in a heap as it should has no deep neighbours at all.
+TEST(Crowds, NothingIsLeftOutOfAHeap) {
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    for (int i = 0; i < 200; ++i) {
+        world.add({.shapes = {i % 2 == 0 ? sphere(0.2) : box({0.8, 0.02, 0.02})},
+                   .position = {0.3 * (i % 5), 0.3 + 0.3 * (i / 25), 0.3 * (i / 5 % 5)}});
+    }
+    for (int i = 0; i < 120; ++i) {
+        EXPECT_EQ(world.step(1.0 / 60).counts.crowdedPairs, 0);
+    }
+}
+
+}  // namespace
+}  // namespace cairn
