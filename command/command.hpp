@@ -64,7 +64,8 @@ std::string readFile(const std::string& what, const std::filesystem::path& file)
 
 // What record and view share.
 void addFps(CLI::App& app, double& fps);
-Recording recordRun(const Scene& scene, SceneRun& run, double fps);
+// Ctrl-C ends the run early, not the program; `whole` says if it did not.
+Recording recordRun(const Scene& scene, SceneRun& run, double fps, bool& whole);
 
 // A line on standard error while something takes longer than a second; silent where standard error is no terminal.
 class Progress {

@@ -1,5 +1,7 @@
 // cairn record: runs a scene into a file that `replay` compares with and `view` shows.
+#include "base/output_file.hpp"
 #include "command/command.hpp"
+#include "command/interrupt.hpp"
 
 #include <cstdio>
 
@@ -24,10 +26,13 @@ std::size_t poseBytes(const Recording& recording) {
 
 int record(const RecordArguments& arguments) {
     const Scene scene = asRead(openScene(arguments.scene));
+    OutputFile out("--out", arguments.out);
     SceneRun run(scene, arguments.scene.precisionValue());
-    const Recording recording = recordRun(scene, run, arguments.fps);
+    bool whole = true;
+    const Recording recording = recordRun(scene, run, arguments.fps, whole);
     const std::string text = toText(recording);
-    writeText("--out", text, arguments.out);
+    out.write(text);
+    out.finish();
     const RunResult& result = run.result();
     if (!arguments.json.empty()) {
         nlohmann::ordered_json json = resultJson(result);
@@ -51,19 +56,28 @@ int record(const RecordArguments& arguments) {
             std::printf("flag: %s\n", flag.c_str());
         }
     }
-    return concludeRun(result);
+    const int exitCode = concludeRun(result);
+    return whole ? exitCode : exitInterrupted;
 }
 
 }  // namespace
 
-Recording recordRun(const Scene& scene, SceneRun& run, double fps) {
+Recording recordRun(const Scene& scene, SceneRun& run, double fps, bool& whole) {
+    const Interrupt interrupt;
     Recorder recorder(scene, run, fps);
     const int steps = stepCount(scene);
-    Progress progress(scene.name, steps);
-    for (int i = 1; i <= steps; ++i) {
-        run.step();
-        recorder.take();
-        progress.at(i);
+    int made = 0;
+    {
+        Progress progress(scene.name, steps);
+        while (made < steps && !interrupt.asked()) {
+            run.step();
+            recorder.take();
+            progress.at(++made);
+        }
+    }
+    whole = made == steps;
+    if (!whole) {
+        std::fprintf(stderr, "cairn: interrupted after %d of %d steps, which are kept\n", made, steps);
     }
     return recorder.finish();
 }
