@@ -2,12 +2,12 @@
 #include <cairn/assets/convex_hull.hpp>
 #include <cairn/assets/mesh_file.hpp>
 
+#include "assets/input_file.hpp"
 #include "assets/located_error.hpp"
 #include "assets/nearest.hpp"
 #include "assets/scene_file.hpp"
 
 #include <charconv>
-#include <fstream>
 #include <sstream>
 
 namespace cairn {
@@ -17,23 +17,10 @@ namespace {
 using namespace scene_file;
 using Names = std::map<std::string, std::size_t>;
 
-std::string readText(const std::filesystem::path& file) {
-    if (!std::filesystem::is_regular_file(file)) {
-        throw InputError(file.string(), "(no such file)", "check the path");
-    }
-    std::ifstream in(file, std::ios::binary);
-    std::stringstream text;
-    text << in.rdbuf();
-    if (!in) {
-        throw InputError(file.string(), "(unreadable)", "check the file's permissions");
-    }
-    return text.str();
-}
-
 }  // namespace
 
 std::vector<std::vector<double>> loadHeights(const std::filesystem::path& file, double scale) {
-    const std::string text = readText(file);
+    const std::string text = readInputFile(file);
     std::vector<std::vector<double>> rows;
     std::istringstream lines(text);
     int lineNumber = 0;
@@ -370,7 +357,7 @@ Scene parseScene(const std::string& json, const std::filesystem::path& base, con
 }
 
 Scene loadScene(const std::filesystem::path& file) {
-    return parseScene(readText(file), file.parent_path(), file.string());
+    return parseScene(readInputFile(file), file.parent_path(), file.string());
 }
 
 std::string sceneSchema() {

@@ -2,7 +2,6 @@
 #include "tests/command/command_kit.hpp"
 #include "tests/small_disk.hpp"
 
-
 namespace {
 
 using namespace cairn::test;
@@ -13,10 +12,11 @@ protected:
 
     // Asks the command to end by the signal a second after it has begun to write.
     static Outcome interrupted(const std::string& arguments, int signal) {
-        const std::string line = "cd '" + scratch().string() + "' || exit; '" + CAIRN_COMMAND + "' " + arguments +
-                                 " >out.txt 2>err.txt & until ls .*.part >/dev/null 2>&1; do sleep 0.05; done; sleep 1; "
-                                 "kill -" +
-                                 std::to_string(signal) + " $!; wait $!";
+        const std::string line =
+            "cd '" + scratch().string() + "' || exit; '" + CAIRN_COMMAND + "' " + arguments +
+            " >out.txt 2>err.txt & until ls .*.part >/dev/null 2>&1; do sleep 0.05; done; sleep 1; "
+            "kill -" +
+            std::to_string(signal) + " $!; wait $!";
         const int status = std::system(line.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(scratch() / "out.txt"),
                 slurp(scratch() / "err.txt")};
@@ -62,9 +62,9 @@ TEST_F(Files, DevicesThatTakeNothingAreTold) {
     EXPECT_EQ(file.code, 2);
     EXPECT_NE(file.err.find("--out = /dev/full: it cannot be written (No space left on device)"), std::string::npos)
         << file.err;
-    const int status = std::system((std::string("'") + CAIRN_COMMAND + "' run tower --seconds 0.1 --json - >/dev/full 2>" +
-                                    path("err.txt"))
-                                       .c_str());
+    const int status = std::system(
+        (std::string("'") + CAIRN_COMMAND + "' run tower --seconds 0.1 --json - >/dev/full 2>" + path("err.txt"))
+            .c_str());
     EXPECT_EQ(WEXITSTATUS(status), 1);
     EXPECT_NE(slurp(scratch() / "err.txt").find("standard output cannot be written: No space left on device"),
               std::string::npos);
@@ -93,8 +93,7 @@ TEST_F(Files, AnInterruptedFilmIsNotWritten) {
         GTEST_SKIP() << "ffmpeg is not on PATH";
     }
     std::ofstream(scratch() / "old.mp4") << "what was there";
-    const Outcome outcome =
-        interrupted("render pile --seconds 10000 --size 160x120 --out " + path("old.mp4"), SIGINT);
+    const Outcome outcome = interrupted("render pile --seconds 10000 --size 160x120 --out " + path("old.mp4"), SIGINT);
     EXPECT_EQ(outcome.code, 130);
     EXPECT_NE(outcome.err.find("the film is not written"), std::string::npos) << outcome.err;
     EXPECT_EQ(slurp(scratch() / "old.mp4"), "what was there");
