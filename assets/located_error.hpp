@@ -2,16 +2,9 @@
 // Errors that say which part of a scene they are about.
 #include <cairn/input_error.hpp>
 
-#include <charconv>
 #include <string>
 
 namespace cairn {
-
-// As few digits as give the number back.
-inline std::string digits(double x) {
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, x).ptr};
-}
 
 inline std::string quoted(const std::string& text) {
     return "\"" + text + "\"";

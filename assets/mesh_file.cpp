@@ -3,6 +3,7 @@
 #include "assets/input_file.hpp"
 #include "assets/located_error.hpp"
 #include "assets/mesh_content.hpp"
+#include "base/digits.hpp"
 
 #include <assimp/BaseImporter.h>
 #include <assimp/MemoryIOWrapper.h>
@@ -102,6 +103,9 @@ void requireSound(const std::filesystem::path& file, const aiMesh& mesh) {
 const aiScene& sound(const std::filesystem::path& file, Assimp::Importer& importer, const aiScene* scene) {
     if (scene == nullptr || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0 || scene->mRootNode == nullptr) {
         const std::string why = importer.GetErrorString();
+        if (why == std::bad_alloc().what()) {
+            throw std::bad_alloc();
+        }
         fail(file, "(not readable as a mesh)", why.empty() ? "it holds no mesh" : why);
     }
     for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -203,7 +207,10 @@ TriangleMesh loadMesh(const std::filesystem::path& file, double scale) {
         return trianglesOf(file, sound(file, importer, triangulated), scale);
     } catch (const InputError&) {
         throw;
-    } catch (const std::exception& error) {  // bad_alloc and assimp's own, from damaged files
+    } catch (const std::bad_alloc&) {
+        fail(file, "(not readable as a mesh)",
+             "reading it takes more memory than there is: it is damaged, or too large");
+    } catch (const std::exception& error) {  // assimp's own, from damaged files
         fail(file, "(not readable as a mesh)", error.what());
     }
 }

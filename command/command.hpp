@@ -33,6 +33,8 @@ Action addBench(CLI::App& app);
 struct SceneArguments {
     std::string scene;              // a built-in name or a file
     std::vector<std::string> set;   // NAME=VALUE
+    std::string root;               // whose files a scene file may name too
+    bool trusted = false;           // its mesh files
     std::optional<double> seconds;  // s
     std::optional<double> dt;       // s
     std::optional<std::string> narrowPhase;

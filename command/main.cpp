@@ -1,8 +1,10 @@
 // The command `cairn`.
 #include <cairn/version.hpp>
 
+#include "assets/control_characters.hpp"
 #include "command/command.hpp"
 #include "command/interrupt.hpp"
+#include "command/mesh_process.hpp"
 
 #include <cerrno>
 #include <cstdio>
@@ -11,7 +13,7 @@
 namespace {
 
 int complain(const std::string& words) {
-    std::fprintf(stderr, "cairn: %s\n", words.c_str());
+    std::fprintf(stderr, "cairn: %s\n", cairn::printable(words).c_str());
     return cairn::exitUsage;
 }
 
@@ -27,6 +29,9 @@ int concluded(int exitCode) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    if (const std::optional<int> done = cairn::readMeshForParent(argc, argv)) {
+        return *done;
+    }
     CLI::App app("Rigid-body physics whose error is known: runs, measures and draws scenes.", "cairn");
     app.set_version_flag("--version", std::string("cairn ") + cairn::version);
     app.require_subcommand(1);

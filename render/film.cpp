@@ -3,6 +3,7 @@
 // signal.
 #include <cairn/render/film.hpp>
 
+#include "base/digits.hpp"
 #include "base/output_file.hpp"
 
 #include <fcntl.h>
@@ -41,12 +42,6 @@ std::string findFfmpeg() {
     return {};
 }
 
-std::string shown(double x) {
-    std::ostringstream text;
-    text << x;
-    return text.str();
-}
-
 }  // namespace
 
 bool filmAvailable() {
@@ -57,7 +52,7 @@ class FilmWriter::Impl {
 public:
     Impl(const std::filesystem::path& file, double framesPerSecond) : file_(file), rate_(framesPerSecond) {
         if (!(framesPerSecond > 0 && framesPerSecond <= 240)) {
-            throw InputError("framesPerSecond", shown(framesPerSecond), "must be in (0, 240]");
+            throw InputError("framesPerSecond", digits(framesPerSecond), "must be in (0, 240]");
         }
         ending_ = file.extension().string();
         if (ending_ != ".mp4" && ending_ != ".gif" && ending_ != ".png") {
@@ -143,7 +138,7 @@ private:
         const std::string size = std::to_string(width_) + "x" + std::to_string(height_);
         std::vector<std::string> words = {program_, "-hide_banner", "-loglevel",     "error", "-y",
                                           "-f",     "rawvideo",     "-pixel_format", "rgba",  "-video_size",
-                                          size,     "-framerate",   shown(rate_),    "-i",    "pipe:0"};
+                                          size,     "-framerate",   digits(rate_),   "-i",    "pipe:0"};
         if (ending_ == ".gif") {
             // A palette for each picture, so that nothing waits in memory for the last one.
             words.insert(words.end(),

@@ -1,5 +1,9 @@
 // Recordings as files: JSON, one top-level field a line.
 #include "command/recording/record.hpp"
+
+#include <cairn/assets/scene_files.hpp>
+
+#include "assets/control_characters.hpp"
 #include "demos/base64.hpp"
 
 #include <nlohmann/json.hpp>
@@ -52,6 +56,9 @@ public:
         if (!json_.is_string()) {
             refuse(std::string("it must be a text: ") + recordAnew);
         }
+        if (hasControls(json_.get<std::string>())) {
+            refuse(std::string("it has control characters: ") + recordAnew);
+        }
         return json_.get<std::string>();
     }
     // null stands for infinity, which JSON has not.
@@ -82,7 +89,7 @@ public:
         return x;
     }
     [[noreturn]] void refuse(const std::string& remedy) const {
-        const std::string value = json_.dump();
+        const std::string value = json_.dump(-1, ' ', true);
         fail(where_, value.size() > 40 ? value.substr(0, 40) + "..." : value, remedy);
     }
 
@@ -182,6 +189,19 @@ void requireVersion(const Place& place, const std::string& file, bool anyVersion
     }
 }
 
+// Meshes stand in a recording itself: it has no files to name.
+Scene sceneIn(const Place& place, const std::string& file) {
+    const std::string name = file + ":/scene";
+    try {
+        return parseScene(place.at("scene").json().dump(), ".", name, {.none = true, .root = {}, .readMesh = {}});
+    } catch (const InputError& error) {
+        const std::string& field = error.field();
+        const std::string own = name + ":";  // a pointer of its own begins there
+        throw InputError(field.starts_with(own) ? name + field.substr(own.size()) : field, error.value(),
+                         error.remedy());
+    }
+}
+
 // Throws InputError where it is no recording.
 Json parsed(const std::string& text, const std::string& file) {
     Json json;
@@ -235,7 +255,7 @@ bool isRecording(const std::string& text) {
 
 Scene recordedScene(const std::string& text, const std::string& file) {
     const Json json = parsed(text, file);
-    return parseScene(Place(json, file + ":").at("scene").json().dump(), ".", file + ":/scene");
+    return sceneIn(Place(json, file + ":"), file);
 }
 
 Recording parseRecording(const std::string& text, const std::string& file, bool anyVersion) {
@@ -251,9 +271,9 @@ Recording parseRecording(const std::string& text, const std::string& file, bool 
     }
     recording.precision = precision == name(Precision::Float) ? Precision::Float : Precision::Double;
     recording.threads = place.at("threads").whole(1, 1 << 20);
-    recording.scene = parseScene(place.at("scene").json().dump(), ".", file + ":/scene");
+    recording.scene = sceneIn(place, file);
     if (place.at("dt").number() != recording.scene.dt) {
-        place.at("dt").refuse("its scene says " + std::to_string(recording.scene.dt) + " s: " + recordAnew);
+        place.at("dt").refuse("its scene says " + Json(recording.scene.dt).dump() + " s: " + recordAnew);
     }
     const Place poses = place.at("poses");
     recording.every = poses.at("every").whole(1, 1 << 30);

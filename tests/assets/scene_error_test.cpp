@@ -128,6 +128,13 @@ const Case cases[] = {
     {JOINT(R"("type": "ball", "a": "crate", "b": "crate", "anchor": [0, 0, 0])"), "bad.json:/joints/0/b", "same body", "two different bodies"},
     {JOINT(R"("type": "ball", "a": "floor", "b": "wall", "anchor": [0, 0, 0])"), "bad.json:/joints/0", "not dynamic", "make one of them dynamic"},
     {R"({"cairn": 1, "bodies": [{"name": "a", "type": "static"}, {"name": "a", "type": "static"}]})", "bad.json:/bodies/1/name", "\"a\"", "number 0 in this list has it already"},
+    {BODY(R"("name": "a\u001b[2J")"), "bad.json:/bodies/0/name", "\\u001b[2J", "without control characters"},
+    {BODY(R"("name": "a\u0000b")"), "bad.json:/bodies/0/name", "a\\u0000b", "without control characters"},
+    {BODY(R"("name": "\u009b2J")"), "bad.json:/bodies/0/name", "\\u009b2J", "without control characters"},
+    {BODY(R"("\u009b2J\u001b": 1)"), "bad.json:/bodies/0/\\x9b2J\\x1b", "1", "there is no such field"},
+    {R"({"cairn": 1, "bodies": [], "name": "two\nlines"})", "bad.json:/name", "\"two\\nlines\"", "without control characters"},
+    {R"({"cairn": 1, "bodies": [], "materials": {"a\u007f": {}}})", "bad.json:/materials", "a\\u007f", "without control characters"},
+    {SHAPE(R"({"mesh": {"file": "rock.obj\u0000.glb"}})"), "bad.json:/bodies/0/shapes/0/mesh/file", "rock.obj\\u0000.glb", "without control characters"},
     // Joints.
     {JOINT(R"("type": "hinge", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "axis": [0, 0, 0])"), "bad.json:/joints/0/axis", "[0,0,0]", "give a direction"},
     {JOINT(R"("type": "hinge", "a": "floor", "b": "crate", "anchor": [0, 0, 0])"), "bad.json:/joints/0/axis", "(missing)", "required"},
