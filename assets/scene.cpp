@@ -7,6 +7,7 @@
 #include "assets/located_error.hpp"
 #include "assets/nearest.hpp"
 #include "assets/scene_file.hpp"
+#include "base/digits.hpp"
 
 #include <charconv>
 #include <sstream>
@@ -322,25 +323,63 @@ private:
         return made;
     }
 
+    static std::string whole(double count) {
+        constexpr double largest = 1e18;
+        return std::to_string(static_cast<long long>(std::min(count, largest)));
+    }
+
+    // Before they are made: a few digits in a file ask for more than any memory holds.
+    void countParticles(const std::string& place, const std::string& value, double count) {
+        constexpr int most = 1000000;
+        particles_ += count;
+        if (!(particles_ <= most)) {
+            throw InputError(place, value,
+                             "that makes " + whole(count) +
+                                 " particles, and all ropes, cloth and soft bodies of a scene " + "may have " +
+                                 std::to_string(most) + " together: give fewer, larger parts");
+        }
+    }
+
+    TriangleMesh sheet(const ClothFields& fields, const std::string& place) {
+        if (fields.mesh) {
+            TriangleMesh given = meshOf(*fields.mesh, place + "/mesh");
+            countParticles(place + "/mesh", std::to_string(given.vertices.size()) + " vertices",
+                           static_cast<double>(given.vertices.size()));
+            return given;
+        }
+        const GridFields grid = fields.grid.value_or(GridFields{});
+        const auto [u, v] = grid.cells;
+        countParticles(place + "/grid/cells", "[" + std::to_string(u) + "," + std::to_string(v) + "]",
+                       (u + 1.0) * (v + 1.0));
+        return locate(place, [&] { return clothGrid(grid.corner, grid.u, grid.v, u, v); });
+    }
+
+    // Those of the box around it: so many are looked at.
+    static double cellsOf(const SoftBodyDef& def) {
+        Eigen::AlignedBox3d box;
+        for (const Vec3d& vertex : def.surface.vertices) {
+            box.extend(vertex);
+        }
+        return box.isEmpty() ? 0 : (box.sizes() / def.cell).array().round().max(1).prod();
+    }
+
     DeformableDef deformable(std::size_t index) {
         const std::string place = root_ + "/deformables/" + std::to_string(index);
         DeformableFields& fields = file_.deformables[index];
         addName(deformableNames_, fields.name, index, place);
         DeformableDef made;
         if (fields.rope) {
+            countParticles(place + "/rope/segments", std::to_string(fields.rope->segments),
+                           1.0 + fields.rope->segments);
             made = *fields.rope;
         } else if (fields.cloth) {
             ClothDef& def = fields.cloth->def;
-            const GridFields grid = fields.cloth->grid.value_or(GridFields{});
-            TriangleMesh sheet =
-                fields.cloth->mesh ? meshOf(*fields.cloth->mesh, place + "/cloth/mesh") : locate(place + "/cloth", [&] {
-                    return clothGrid(grid.corner, grid.u, grid.v, grid.cells[0], grid.cells[1]);
-                });
-            def.mesh = placed(std::move(sheet), fields.cloth->pose);
+            def.mesh = placed(sheet(*fields.cloth, place + "/cloth"), fields.cloth->pose);
             made = std::move(def);
         } else {
             SoftBodyDef& def = fields.soft->def;
             def.surface = placed(meshOf(fields.soft->surface, place + "/soft/surface"), fields.soft->pose);
+            countParticles(place + "/soft/cell", digits(def.cell), cellsOf(def));
             made = std::move(def);
         }
         std::visit(
@@ -363,6 +402,7 @@ private:
     Names bodyNames_;
     Names jointNames_;
     Names deformableNames_;
+    double particles_ = 0;  // so far
 };
 
 }  // namespace

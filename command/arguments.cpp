@@ -1,5 +1,6 @@
 #include <cairn/assets/scene_files.hpp>
 
+#include "base/digits.hpp"
 #include "command/command.hpp"
 #include "command/mesh_process.hpp"
 #include "engine/model/describe.hpp"
@@ -61,6 +62,15 @@ void setSolver(SolverDef& solver, const std::vector<std::string>& settings) {
         file["world"]["solver"][text.substr(0, equals)] = parsed.is_discarded() ? nlohmann::json(value) : parsed;
     }
     solver = parseScene(file.dump(), ".", "--solver-set").world.solver;
+}
+
+// Steps and pictures are counted by an int.
+void requireSteps(const Scene& scene) {
+    constexpr double most = 1e9;
+    if (!(scene.seconds / scene.dt <= most) || scene.seconds > 1e6) {
+        throw InputError("--seconds", digits(scene.seconds) + " s in steps of " + digits(scene.dt) + " s",
+                         "a run lasts at most 1000000 s and a billion steps: give fewer seconds, or a longer --dt");
+    }
 }
 
 SceneFiles sceneFiles(const SceneArguments& arguments) {
@@ -151,6 +161,7 @@ Scene openScene(const SceneArguments& arguments) {
     }
     scene.seconds = arguments.seconds.value_or(scene.seconds);
     scene.dt = arguments.dt.value_or(scene.dt);
+    requireSteps(scene);
     if (arguments.narrowPhase) {
         const auto& words = Words<NarrowPhase>::list;
         scene.world.narrowPhase =

@@ -1,6 +1,6 @@
 #pragma once
-// Mesh files read by a process of their own. assimp's readers are not made for hostile files: one that makes them crash,
-// loop or fill the memory ends that process alone, and is an InputError here.
+// Mesh files read by a process of their own. assimp's readers are not made for hostile files: one that makes them
+// crash, loop or fill the memory ends that process alone, and is an InputError here.
 #include <cairn/triangle_mesh.hpp>
 
 #include <filesystem>

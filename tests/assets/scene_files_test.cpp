@@ -46,7 +46,7 @@ TEST_F(FilesOfScenes, AreThoseOfTheirFolder) {
     }
     EXPECT_EQ(errorOf(mesh((scene() / "a.obj").string()), scene()), "");
     for (const std::string& file : {std::string("../a.obj"), std::string("link.obj"), (dir() / "a.obj").string(),
-                                   std::string("../none.obj"), std::string("in/../../a.obj")}) {
+                                    std::string("../none.obj"), std::string("in/../../a.obj")}) {
         const std::string said = errorOf(mesh(file), scene());
         EXPECT_EQ(said.find("scene:/bodies/0/shapes/0/mesh/file = \"" + file + "\": it is outside"), 0U) << said;
         EXPECT_EQ(errorOf(mesh(file), scene(), {.none = false, .root = dir(), .readMesh = {}}).find("outside"),
@@ -84,7 +84,8 @@ TEST_F(FilesOfScenes, AreReadByWhomTheCallerSays) {
         asked.push_back(file.filename().string() + " " + std::to_string(scale));
         return loadMesh(file, scale);
     };
-    EXPECT_EQ(errorOf(R"({"mesh": {"file": "in/a.obj", "scale": 2}})", scene(), {.none = false, .root = {}, .readMesh = read}),
+    EXPECT_EQ(errorOf(R"({"mesh": {"file": "in/a.obj", "scale": 2}})", scene(),
+                      {.none = false, .root = {}, .readMesh = read}),
               "");
     EXPECT_EQ(asked, std::vector<std::string>{"a.obj 2.000000"});
 }

@@ -14,8 +14,8 @@ protected:
         std::ofstream(scratch() / name, std::ios::binary) << bytes;
     }
     static void writeScene(const std::string& name, const std::string& meshFile) {
-        write(name, R"({"cairn": 1, "bodies": [{"type": "static", "shapes": [{"mesh": {"file": ")" + meshFile +
-                        R"("}}]}]})");
+        write(name,
+              R"({"cairn": 1, "bodies": [{"type": "static", "shapes": [{"mesh": {"file": ")" + meshFile + R"("}}]}]})");
     }
 };
 
@@ -57,7 +57,8 @@ TEST_F(Loading, FilesThatFillTheMemoryAreRefused) {
         roots += (i > 0 ? "," : "") + std::to_string(i);
     }
     std::string gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[)" + roots + R"(]}],"nodes":[)" +
-                       nodes + R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"buffers":[{"uri":"b.bin",)" +
+                       nodes +
+                       R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"buffers":[{"uri":"b.bin",)" +
                        R"("byteLength":)" + std::to_string(bytes) + R"(}],"bufferViews":[{"buffer":0,"byteLength":)" +
                        std::to_string(bytes) + R"(}],"accessors":[{"bufferView":0,"componentType":5126,"count":)" +
                        std::to_string(corners) + R"(,"type":"VEC3"}]})";
@@ -77,11 +78,18 @@ TEST_F(Loading, RecordingsNameNoFiles) {
     json["scene"]["bodies"][0]["shapes"] = {{{"mesh", {{"file", "a.obj"}}}}};
     write("changed.json", json.dump());
     for (const char* const command : {"replay ", "view ", "run "}) {
-        expectUsageError(command + path("changed.json"), "/scene/bodies/0/shapes/0/mesh/file = \"a.obj\": no files are");
+        expectUsageError(command + path("changed.json"),
+                         "/scene/bodies/0/shapes/0/mesh/file = \"a.obj\": no files are");
     }
     json["version"] = "\x1b[2J";
     write("coloured.json", json.dump());
     expectUsageError("replay " + path("coloured.json"), "control characters");
+}
+
+TEST_F(Loading, MoreStepsThanCanBeCountedAreRefused) {
+    expectUsageError("run tower --seconds 1e6 --dt 1e-6", "1e+06 s in steps of 1e-06 s: a run lasts at most");
+    write("long.json", R"({"cairn": 1, "bodies": [], "seconds": 1e300})");
+    expectUsageError("run " + path("long.json"), "a run lasts at most");
 }
 
 TEST_F(Loading, NothingOfAFileReachesTheTerminalRaw) {
