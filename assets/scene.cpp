@@ -348,7 +348,8 @@ private:
             return given;
         }
         const GridFields grid = fields.grid.value_or(GridFields{});
-        const auto [u, v] = grid.cells;
+        const int u = grid.cells[0];
+        const int v = grid.cells[1];
         countParticles(place + "/grid/cells", "[" + std::to_string(u) + "," + std::to_string(v) + "]",
                        (u + 1.0) * (v + 1.0));
         return locate(place, [&] { return clothGrid(grid.corner, grid.u, grid.v, u, v); });

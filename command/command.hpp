@@ -66,8 +66,9 @@ std::string readFile(const std::string& what, const std::filesystem::path& file)
 
 // What record and view share.
 void addFps(CLI::App& app, double& fps);
-// Ctrl-C ends the run early, not the program; `whole` says if it did not.
-Recording recordRun(const Scene& scene, SceneRun& run, double fps, bool& whole);
+// Ctrl-C ends the run early, not the program; false if it did.
+bool recordRun(
+    Recorder& recorder, SceneRun& run, const std::function<void()>& afterStep = [] {});
 
 // A line on standard error while something takes longer than a second; silent where standard error is no terminal.
 class Progress {

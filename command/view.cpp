@@ -43,8 +43,9 @@ int view(const CLI::App& app, const ViewArguments& arguments) {
     } else {
         const Scene scene = asRead(openScene(arguments.scene));
         SceneRun run(scene, arguments.scene.precisionValue());
-        bool whole = true;
-        recording = recordRun(scene, run, arguments.fps, whole);
+        Recorder recorder(scene, run, arguments.fps);
+        const bool whole = recordRun(recorder, run);
+        recording = recorder.finish();
         exitCode = concludeRun(run.result());
         exitCode = whole ? exitCode : exitInterrupted;
     }

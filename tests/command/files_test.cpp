@@ -14,7 +14,8 @@ protected:
     static Outcome interrupted(const std::string& arguments, int signal) {
         const std::string line =
             "cd '" + scratch().string() + "' || exit; '" + CAIRN_COMMAND + "' " + arguments +
-            " >out.txt 2>err.txt & until ls .*.part >/dev/null 2>&1; do sleep 0.05; done; sleep 1; "
+            " >out.txt 2>err.txt & for i in $(seq 1000); do ls .*.part >/dev/null 2>&1 && break; sleep 0.05; done; "
+            "sleep 1; "
             "kill -" +
             std::to_string(signal) + " $!; wait $!";
         const int status = std::system(line.c_str());
