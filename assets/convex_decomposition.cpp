@@ -2,6 +2,7 @@
 #include <cairn/assets/convex_hull.hpp>
 #include <cairn/shape_query.hpp>
 
+#include "base/digits.hpp"
 #include "collision/shapes/collision_mesh.hpp"
 
 #include <algorithm>
@@ -288,8 +289,8 @@ std::pair<Aabb, Aabb> bestCut(const Part& part, const Cells& cells, const FlatFa
 
 void requireRange(const char* field, double value, double min, double max) {
     if (!(value >= min && value <= max)) {
-        throw InputError(std::string("decomposition.") + field, std::to_string(value),
-                         "give a number from " + std::to_string(min) + " to " + std::to_string(max));
+        throw InputError(std::string("decomposition.") + field, digits(value),
+                         "give a number from " + digits(min) + " to " + digits(max));
     }
 }
 
@@ -308,7 +309,7 @@ Decomposition decompose(const TriangleMesh& given, const DecompositionDef& def) 
     Decomposition out;
     out.meshVolume = volumeOf(triangles, 0.5 * (box.min + box.max));
     if (!(out.meshVolume > 1e-9 * (box.max - box.min).prod())) {
-        throw InputError("mesh", "volume " + std::to_string(out.meshVolume) + " m3",
+        throw InputError("mesh", "volume " + digits(out.meshVolume) + " m3",
                          "wind its triangles counter-clockwise seen from outside around a solid");
     }
     const Cells cells(triangles, box, def.resolution);

@@ -1,5 +1,6 @@
 #include <cairn/assets/convex_hull.hpp>
 
+#include "base/digits.hpp"
 #include "collision/collision.hpp"
 
 #include <libqhull_r/qhull_ra.h>
@@ -101,7 +102,7 @@ private:
 };
 
 std::string text(const Vec3d& v) {
-    return "(" + std::to_string(v.x()) + ", " + std::to_string(v.y()) + ", " + std::to_string(v.z()) + ")";
+    return "(" + digits(v.x()) + ", " + digits(v.y()) + ", " + digits(v.z()) + ")";
 }
 
 double sizeOf(const std::vector<Vec3d>& points) {

@@ -1,4 +1,5 @@
 // The archive that reads: JSON values into the structs of scene_file.hpp, every error with its place.
+#include "assets/control_characters.hpp"
 #include "assets/nearest.hpp"
 #include "assets/scene_file.hpp"
 
@@ -15,7 +16,7 @@ using nlohmann::json;
 
 std::string escaped(const std::string& key) {
     std::string out;
-    for (const char c : key) {
+    for (const char c : printable(key)) {
         out += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
     }
     return out;
@@ -201,6 +202,14 @@ private:
             fail(place, value, "a text in quotes", rule);
         }
         out = value.get<std::string>();
+        // A description may have lines.
+        std::string line = out;
+        if (place.key != nullptr && std::string_view(place.key) == "description") {
+            std::erase_if(line, [](char c) { return c == '\n' || c == '\t'; });
+        }
+        if (hasControls(line)) {
+            fail(place, value, "a text without control characters", rule);
+        }
     }
 
     template <Worded E>
@@ -280,6 +289,9 @@ private:
             fail(place, value, "an object", rule);
         }
         for (const auto& [key, element] : value.items()) {
+            if (hasControls(key)) {
+                fail(place, key, "names without control characters", rule);
+            }
             readValue(element, place.at(key.c_str()), out[key], rule);
         }
     }

@@ -1,44 +1,83 @@
 #include <cairn/assets/mesh_file.hpp>
 
+#include "assets/input_file.hpp"
+#include "assets/located_error.hpp"
+#include "assets/mesh_content.hpp"
+#include "base/digits.hpp"
+
+#include <assimp/BaseImporter.h>
+#include <assimp/MemoryIOWrapper.h>
+#include <assimp/importerdesc.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <algorithm>
 #include <array>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
-#include <cctype>
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <list>
 #include <map>
-#include <nlohmann/json.hpp>
 
 namespace cairn {
 
 namespace {
 
-// assimp reads forty formats; these are the ones whose readers stood up to thousands of damaged files.
-constexpr std::array allowed = {".obj", ".stl", ".glb", ".gltf"};
-
 [[noreturn]] void fail(const std::filesystem::path& file, const std::string& value, const std::string& remedy) {
     throw InputError(file.string(), value, remedy);
 }
 
-std::string kindOf(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
+// Shows assimp the file, whose bytes are here, and of glTF the files beside it that hold its buffers. Nothing else is
+// opened: an OBJ's materials say nothing of its shape.
+class FencedFiles : public Assimp::IOSystem {
+public:
+    FencedFiles(const std::filesystem::path& file, MeshKind kind, const std::string& bytes)
+        : file_(file), hasBuffers_(kind == MeshKind::Gltf), bytes_(bytes) {}
 
-void requireAllowed(const std::filesystem::path& file) {
-    const std::string extension = kindOf(file);
-    if (std::find(allowed.begin(), allowed.end(), extension) == allowed.end()) {
-        fail(file, extension.empty() ? "(no extension)" : extension,
-             "mesh files are read as obj, stl, glb or gltf only; save it as one of these");
+    bool Exists(const char* name) const override {
+        std::error_code error;
+        return name == file_ || (mayOpen(name) && std::filesystem::is_regular_file(name, error));
     }
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) {
-        fail(file, "(no such file)", "check the path; relative ones start beside the scene file");
+    char getOsSeparator() const override { return '/'; }
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (std::strchr(mode, 'w') != nullptr || (name != file_ && !mayOpen(name))) {
+            return nullptr;
+        }
+        if (name == file_) {
+            return streamOf(bytes_);
+        }
+        try {
+            return streamOf(buffers_.emplace_back(readInputFile(name)));
+        } catch (const InputError&) {
+            return nullptr;
+        }
+    }
+    void Close(Assimp::IOStream* stream) override { delete stream; }
+
+private:
+    bool mayOpen(const std::filesystem::path& name) const { return hasBuffers_ && isWithin(file_.parent_path(), name); }
+    static Assimp::IOStream* streamOf(const std::string& bytes) {
+        return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    }
+
+    std::filesystem::path file_;
+    bool hasBuffers_;
+    const std::string& bytes_;
+    std::list<std::string> buffers_;  // a stream reads in place
+};
+
+// assimp goes by what a file looks like where its ending finds no reader: only the one reader may be there.
+void keepReader(Assimp::Importer& importer, MeshKind kind) {
+    const std::string_view kept = kind == MeshKind::Obj   ? "Wavefront Object Importer"
+                                  : kind == MeshKind::Stl ? "Stereolithography (STL) Importer"
+                                                          : "glTF2 Importer";
+    for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+        const aiImporterDesc* const about = importer.GetImporterInfo(i);
+        Assimp::BaseImporter* const reader = importer.GetImporter(i);
+        if (about == nullptr || about->mName != kept) {
+            importer.UnregisterLoader(reader);
+            delete reader;
+        }
     }
 }
 
@@ -64,6 +103,9 @@ void requireSound(const std::filesystem::path& file, const aiMesh& mesh) {
 const aiScene& sound(const std::filesystem::path& file, Assimp::Importer& importer, const aiScene* scene) {
     if (scene == nullptr || (scene->mFlags & AI_SCENE_FLAGS_INCOMPLETE) != 0 || scene->mRootNode == nullptr) {
         const std::string why = importer.GetErrorString();
+        if (why == std::bad_alloc().what()) {
+            throw std::bad_alloc();
+        }
         fail(file, "(not readable as a mesh)", why.empty() ? "it holds no mesh" : why);
     }
     for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -72,48 +114,14 @@ const aiScene& sound(const std::filesystem::path& file, Assimp::Importer& import
     return *scene;
 }
 
-// How many triangles a glTF file says it holds; its text stands alone (.gltf) or behind 20 bytes of header (.glb).
-std::size_t promisedTriangles(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    constexpr std::size_t header = 20;
-    if (kindOf(file) == ".glb" && text.size() > header) {
-        std::uint32_t length = 0;
-        std::memcpy(&length, text.data() + 12, sizeof length);  // of the JSON chunk, little-endian
-        text = text.substr(header, length);
-    }
-    const nlohmann::json document = nlohmann::json::parse(text);
-    std::size_t triangles = 0;
-    for (const auto& mesh : document.at("meshes")) {
-        for (const auto& primitive : mesh.at("primitives")) {
-            constexpr int list = 4;
-            constexpr int fan = 6;
-            const int mode = primitive.value("mode", list);
-            const auto& source =
-                primitive.contains("indices") ? primitive.at("indices") : primitive.at("attributes").at("POSITION");
-            const auto corners = document.at("accessors").at(source.get<std::size_t>()).at("count").get<std::size_t>();
-            if (mode == list) {
-                triangles += corners / 3;
-            } else if (mode > list && mode <= fan && corners > 2) {  // strips and fans
-                triangles += corners - 2;
-            }
-        }
-    }
-    return triangles;
-}
-
 // assimp leaves out a glTF triangle whose index is out of range, with a warning that only its log shows.
-void requireAllTriangles(const std::filesystem::path& file, const aiScene& scene) {
-    if (kindOf(file) != ".glb" && kindOf(file) != ".gltf") {
-        return;
-    }
+void requireAllTriangles(const std::filesystem::path& file, const aiScene& scene, std::size_t promised) {
     std::size_t triangles = 0;
     for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
         const aiMesh& mesh = *scene.mMeshes[m];
         triangles += static_cast<std::size_t>(std::count_if(mesh.mFaces, mesh.mFaces + mesh.mNumFaces,
                                                             [](const aiFace& face) { return face.mNumIndices == 3; }));
     }
-    const std::size_t promised = promisedTriangles(file);
     if (triangles < promised) {
         fail(file, std::to_string(triangles) + " of " + std::to_string(promised) + " triangles are sound",
              "an index of the others is out of range; mend them in the file");
@@ -180,22 +188,29 @@ TriangleMesh trianglesOf(const std::filesystem::path& file, const aiScene& scene
 }  // namespace
 
 TriangleMesh loadMesh(const std::filesystem::path& file, double scale) {
-    requireAllowed(file);
+    const MeshKind kind = meshKind(file);
     if (!std::isfinite(scale) || scale <= 0) {
-        fail(file, "scale " + std::to_string(scale), "give a finite factor above 0");
+        fail(file, "scale " + digits(scale), "give a finite factor above 0");
     }
+    const std::string bytes = readInputFile(file);
+    requireContent(file, kind, bytes);
     try {
         Assimp::Importer importer;
+        keepReader(importer, kind);
+        importer.SetIOHandler(new FencedFiles(file, kind, bytes));
         // FindInvalidData would drop a whole object for one bad vertex, and JoinIdenticalVertices keeps apart what
         // differs in normal or texture: both are done here instead.
         const aiScene* read = importer.ReadFile(file.string(), aiProcess_ValidateDataStructure);
-        requireAllTriangles(file, sound(file, importer, read));
+        requireAllTriangles(file, sound(file, importer, read), promisedTriangles(kind, bytes));
         const aiScene* triangulated =
             importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_PreTransformVertices);
         return trianglesOf(file, sound(file, importer, triangulated), scale);
     } catch (const InputError&) {
         throw;
-    } catch (const std::exception& error) {  // bad_alloc and assimp's own, from damaged files
+    } catch (const std::bad_alloc&) {
+        fail(file, "(not readable as a mesh)",
+             "reading it takes more memory than there is: it is damaged, or too large");
+    } catch (const std::exception& error) {  // assimp's own, from damaged files
         fail(file, "(not readable as a mesh)", error.what());
     }
 }

@@ -1,13 +1,15 @@
 // Scenes from files: names become ids, materials become shapes' surfaces, files become meshes.
 #include <cairn/assets/convex_hull.hpp>
 #include <cairn/assets/mesh_file.hpp>
+#include <cairn/assets/scene_files.hpp>
 
+#include "assets/input_file.hpp"
 #include "assets/located_error.hpp"
 #include "assets/nearest.hpp"
 #include "assets/scene_file.hpp"
+#include "base/digits.hpp"
 
 #include <charconv>
-#include <fstream>
 #include <sstream>
 
 namespace cairn {
@@ -17,23 +19,10 @@ namespace {
 using namespace scene_file;
 using Names = std::map<std::string, std::size_t>;
 
-std::string readText(const std::filesystem::path& file) {
-    if (!std::filesystem::is_regular_file(file)) {
-        throw InputError(file.string(), "(no such file)", "check the path");
-    }
-    std::ifstream in(file, std::ios::binary);
-    std::stringstream text;
-    text << in.rdbuf();
-    if (!in) {
-        throw InputError(file.string(), "(unreadable)", "check the file's permissions");
-    }
-    return text.str();
-}
-
 }  // namespace
 
 std::vector<std::vector<double>> loadHeights(const std::filesystem::path& file, double scale) {
-    const std::string text = readText(file);
+    const std::string text = readInputFile(file);
     std::vector<std::vector<double>> rows;
     std::istringstream lines(text);
     int lineNumber = 0;
@@ -93,8 +82,9 @@ Shape fieldOf(const std::vector<std::vector<double>>& heights, double cellSize, 
 // A file's structs made into a Scene. Places in errors are JSON pointers into that file.
 class SceneMaker {
 public:
-    SceneMaker(SceneFile& file, const std::filesystem::path& base, const std::string& nameForErrors)
-        : file_(file), base_(base), root_(nameForErrors + ":") {}
+    SceneMaker(SceneFile& file, const std::filesystem::path& base, const std::string& nameForErrors,
+               const SceneFiles& files)
+        : file_(file), base_(base), root_(nameForErrors + ":"), files_(files) {}
 
     Scene make() {
         Scene scene;
@@ -197,13 +187,11 @@ private:
             return locate(place + "/ellipsoid", [&] { return ellipsoid(s.ellipsoid->radii); });
         }
         if (s.hull) {
-            return locate(place + "/hull", [&] { return hullOf(*s.hull); });
+            return hullOf(*s.hull, place + "/hull");
         }
         if (s.mesh) {
-            return locate(place + "/mesh", [&] {
-                return mesh(s.mesh->file.empty() ? TriangleMesh{s.mesh->vertices, s.mesh->triangles}
-                                                 : loadMesh(base_ / s.mesh->file, s.mesh->scale));
-            });
+            const TriangleMesh triangles = meshOf(*s.mesh, place + "/mesh");
+            return locate(place + "/mesh", [&] { return mesh(triangles); });
         }
         if (s.heightfield) {
             return heightfield(*s.heightfield, place + "/heightfield");
@@ -211,17 +199,40 @@ private:
         return locate(place + "/halfspace", [&] { return halfspace(*s.halfspace); });
     }
 
-    Shape hullOf(const HullFields& s) const {
-        if (!s.vertices.empty()) {
-            return hull(s.vertices, s.faces);
+    // A file that the scene names. Whether it may is asked before whether there is one, so that no scene can find out.
+    std::filesystem::path named(const std::string& name, const std::string& place) const {
+        if (files_.none) {
+            throw InputError(place, quoted(name), "no files are read here: write into this file what that one holds");
         }
-        return convexHull(s.file.empty() ? s.points : loadMesh(base_ / s.file, s.scale).vertices, s.maxVertices);
+        std::filesystem::path file = base_ / name;
+        if (!isWithin(base_, file) && (files_.root.empty() || !isWithin(files_.root, file))) {
+            throw InputError(place, quoted(name),
+                             "it is outside of the scene's folder: copy it there, or allow its folder (--root FOLDER, "
+                             "SceneFiles::root)");
+        }
+        return file;
+    }
+
+    TriangleMesh meshFrom(const std::string& name, double scale, const std::string& place) const {
+        const std::filesystem::path file = named(name, place + "/file");
+        return locate(place, [&] { return files_.readMesh ? files_.readMesh(file, scale) : loadMesh(file, scale); });
+    }
+
+    TriangleMesh meshOf(const MeshFields& s, const std::string& place) const {
+        return s.file.empty() ? TriangleMesh{s.vertices, s.triangles} : meshFrom(s.file, s.scale, place);
+    }
+
+    Shape hullOf(const HullFields& s, const std::string& place) const {
+        const std::vector<Vec3d> points = s.file.empty() ? s.points : meshFrom(s.file, s.scale, place).vertices;
+        return locate(
+            place, [&] { return s.vertices.empty() ? convexHull(points, s.maxVertices) : hull(s.vertices, s.faces); });
     }
 
     Shape heightfield(const HeightfieldFields& s, const std::string& place) const {
         std::vector<std::vector<double>> heights;
         if (!s.file.empty()) {
-            heights = locate(place + "/file", [&] { return loadHeights(base_ / s.file, s.scale); });
+            const std::filesystem::path file = named(s.file, place + "/file");
+            heights = locate(place + "/file", [&] { return loadHeights(file, s.scale); });
         }
         for (const std::vector<Height>& row : s.heights) {
             heights.emplace_back();
@@ -304,12 +315,6 @@ private:
         return {fields.name, fields.def};
     }
 
-    TriangleMesh placedMesh(const MeshFields& fields, const Posed& pose) const {
-        TriangleMesh made = fields.file.empty() ? TriangleMesh{fields.vertices, fields.triangles}
-                                                : loadMesh(base_ / fields.file, fields.scale);
-        return placed(std::move(made), pose);
-    }
-
     static TriangleMesh placed(TriangleMesh made, const Posed& pose) {
         // What is not moved comes back to the last bit.
         if (!pose.position.isZero(0) || !pose.rotation.vec().isZero(0)) {
@@ -320,25 +325,64 @@ private:
         return made;
     }
 
+    static std::string whole(double count) {
+        constexpr double largest = 1e18;
+        return std::to_string(static_cast<long long>(std::min(count, largest)));
+    }
+
+    // Before they are made: a few digits in a file ask for more than any memory holds.
+    void countParticles(const std::string& place, const std::string& value, double count) {
+        constexpr int most = 1000000;
+        particles_ += count;
+        if (!(particles_ <= most)) {
+            throw InputError(place, value,
+                             "that makes " + whole(count) +
+                                 " particles, and all ropes, cloth and soft bodies of a scene " + "may have " +
+                                 std::to_string(most) + " together: give fewer, larger parts");
+        }
+    }
+
+    TriangleMesh sheet(const ClothFields& fields, const std::string& place) {
+        if (fields.mesh) {
+            TriangleMesh given = meshOf(*fields.mesh, place + "/mesh");
+            countParticles(place + "/mesh", std::to_string(given.vertices.size()) + " vertices",
+                           static_cast<double>(given.vertices.size()));
+            return given;
+        }
+        const GridFields grid = fields.grid.value_or(GridFields{});
+        const int u = grid.cells[0];
+        const int v = grid.cells[1];
+        countParticles(place + "/grid/cells", "[" + std::to_string(u) + "," + std::to_string(v) + "]",
+                       (u + 1.0) * (v + 1.0));
+        return locate(place, [&] { return clothGrid(grid.corner, grid.u, grid.v, u, v); });
+    }
+
+    // Those of the box around it: so many are looked at.
+    static double cellsOf(const SoftBodyDef& def) {
+        Eigen::AlignedBox3d box;
+        for (const Vec3d& vertex : def.surface.vertices) {
+            box.extend(vertex);
+        }
+        return box.isEmpty() ? 0 : (box.sizes() / def.cell).array().round().max(1).prod();
+    }
+
     DeformableDef deformable(std::size_t index) {
         const std::string place = root_ + "/deformables/" + std::to_string(index);
         DeformableFields& fields = file_.deformables[index];
         addName(deformableNames_, fields.name, index, place);
         DeformableDef made;
         if (fields.rope) {
+            countParticles(place + "/rope/segments", std::to_string(fields.rope->segments),
+                           1.0 + fields.rope->segments);
             made = *fields.rope;
         } else if (fields.cloth) {
             ClothDef& def = fields.cloth->def;
-            const GridFields grid = fields.cloth->grid.value_or(GridFields{});
-            def.mesh = locate(place + "/cloth", [&] {
-                return fields.cloth->mesh ? placedMesh(*fields.cloth->mesh, fields.cloth->pose)
-                                          : placed(clothGrid(grid.corner, grid.u, grid.v, grid.cells[0], grid.cells[1]),
-                                                   fields.cloth->pose);
-            });
+            def.mesh = placed(sheet(*fields.cloth, place + "/cloth"), fields.cloth->pose);
             made = std::move(def);
         } else {
             SoftBodyDef& def = fields.soft->def;
-            def.surface = locate(place + "/soft", [&] { return placedMesh(fields.soft->surface, fields.soft->pose); });
+            def.surface = placed(meshOf(fields.soft->surface, place + "/soft/surface"), fields.soft->pose);
+            countParticles(place + "/soft/cell", digits(def.cell), cellsOf(def));
             made = std::move(def);
         }
         std::visit(
@@ -356,23 +400,34 @@ private:
 
     SceneFile& file_;
     const std::filesystem::path& base_;
-    std::string root_;
+    std::string root_;  // of places
+    const SceneFiles& files_;
     Names bodyNames_;
     Names jointNames_;
     Names deformableNames_;
+    double particles_ = 0;  // so far
 };
 
 }  // namespace
 
-Scene parseScene(const std::string& json, const std::filesystem::path& base, const std::string& nameForErrors) {
+Scene parseScene(const std::string& json, const std::filesystem::path& base, const std::string& nameForErrors,
+                 const SceneFiles& files) {
     SceneFile file = read(json, nameForErrors);
-    Scene scene = SceneMaker(file, base, nameForErrors).make();
+    Scene scene = SceneMaker(file, base, nameForErrors, files).make();
     scene.name = file.name.empty() ? std::filesystem::path(nameForErrors).stem().string() : file.name;
     return scene;
 }
 
+Scene parseScene(const std::string& json, const std::filesystem::path& base, const std::string& nameForErrors) {
+    return parseScene(json, base, nameForErrors, {});
+}
+
+Scene loadScene(const std::filesystem::path& file, const SceneFiles& files) {
+    return parseScene(readInputFile(file), file.parent_path(), file.string(), files);
+}
+
 Scene loadScene(const std::filesystem::path& file) {
-    return parseScene(readText(file), file.parent_path(), file.string());
+    return loadScene(file, {});
 }
 
 std::string sceneSchema() {

@@ -1,9 +1,9 @@
 // Scenes to files: ids become names, or numbers where there is no name; meshes are written out.
 #include "assets/located_error.hpp"
 #include "assets/scene_file.hpp"
+#include "base/output_file.hpp"
 #include "collision/collision.hpp"
 
-#include <fstream>
 #include <functional>
 
 namespace cairn {
@@ -169,13 +169,7 @@ std::string toJson(const Scene& scene) {
 }
 
 void saveScene(const Scene& scene, const std::filesystem::path& file) {
-    const std::string text = toJson(scene);
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.close();
-    if (!out) {
-        throw InputError(file.string(), "(not written)", "check that the folder exists and may be written to");
-    }
+    writeFile("scene file", file, toJson(scene));
 }
 
 }  // namespace cairn

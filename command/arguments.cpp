@@ -1,4 +1,8 @@
+#include <cairn/assets/scene_files.hpp>
+
+#include "base/digits.hpp"
 #include "command/command.hpp"
+#include "command/mesh_process.hpp"
 #include "engine/model/describe.hpp"
 
 #include <algorithm>
@@ -60,6 +64,22 @@ void setSolver(SolverDef& solver, const std::vector<std::string>& settings) {
     solver = parseScene(file.dump(), ".", "--solver-set").world.solver;
 }
 
+// Steps and pictures are counted by an int.
+void requireSteps(const Scene& scene) {
+    constexpr double most = 1e9;
+    if (!(scene.seconds / scene.dt <= most) || scene.seconds > 1e6) {
+        throw InputError("--seconds", digits(scene.seconds) + " s in steps of " + digits(scene.dt) + " s",
+                         "a run lasts at most 1000000 s and a billion steps: give fewer seconds, or a longer --dt");
+    }
+}
+
+SceneFiles sceneFiles(const SceneArguments& arguments) {
+    return {.none = false,
+            .root = arguments.root,
+            .readMesh = arguments.trusted ? std::function<TriangleMesh(const std::filesystem::path&, double)>()
+                                          : meshReaderApart()};
+}
+
 }  // namespace
 
 CLI::AsNumberWithUnit lengthUnit() {
@@ -76,6 +96,12 @@ void addSceneChoice(CLI::App& command, SceneArguments& arguments) {
                     "a built-in scene (cairn list), a scene file, or the scene of a recording")
         ->required();
     command.add_option("--set", arguments.set, "NAME=VALUE: a parameter of a built-in scene; may be repeated");
+    command
+        .add_option("--root", arguments.root,
+                    "a folder; a scene file may name files in it too, beside those in its own folder")
+        ->check(CLI::ExistingDirectory);
+    command.add_flag("--trusted", arguments.trusted,
+                     "mesh files are sound: read them without a process of their own and its limits");
     command.add_option("--dt", arguments.dt, "step, s; the scene says otherwise")->check(CLI::Range(1e-6, 1.0));
     command.add_option("--threads", arguments.threads, "threads")->check(CLI::PositiveNumber);
     command
@@ -123,7 +149,8 @@ Scene openScene(const SceneArguments& arguments) {
             throw InputError("--set", arguments.set.front(),
                              "only built-in scenes have parameters; change the file instead");
         }
-        scene = isRecording(text) ? recordedScene(text, arguments.scene) : loadScene(arguments.scene);
+        scene = isRecording(text) ? recordedScene(text, arguments.scene)
+                                  : loadScene(arguments.scene, sceneFiles(arguments));
     } else {
         const BuiltinScene& builtin = builtinScene(arguments.scene);
         SceneOverrides overrides;
@@ -134,6 +161,7 @@ Scene openScene(const SceneArguments& arguments) {
     }
     scene.seconds = arguments.seconds.value_or(scene.seconds);
     scene.dt = arguments.dt.value_or(scene.dt);
+    requireSteps(scene);
     if (arguments.narrowPhase) {
         const auto& words = Words<NarrowPhase>::list;
         scene.world.narrowPhase =

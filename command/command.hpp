@@ -33,6 +33,8 @@ Action addBench(CLI::App& app);
 struct SceneArguments {
     std::string scene;              // a built-in name or a file
     std::vector<std::string> set;   // NAME=VALUE
+    std::string root;               // whose files a scene file may name too
+    bool trusted = false;           // its mesh files
     std::optional<double> seconds;  // s
     std::optional<double> dt;       // s
     std::optional<std::string> narrowPhase;
@@ -64,7 +66,9 @@ std::string readFile(const std::string& what, const std::filesystem::path& file)
 
 // What record and view share.
 void addFps(CLI::App& app, double& fps);
-Recording recordRun(const Scene& scene, SceneRun& run, double fps);
+// Ctrl-C ends the run early, not the program; false if it did.
+bool recordRun(
+    Recorder& recorder, SceneRun& run, const std::function<void()>& afterStep = [] {});
 
 // A line on standard error while something takes longer than a second; silent where standard error is no terminal.
 class Progress {

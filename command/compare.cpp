@@ -6,7 +6,6 @@
 #include "command/studies/studies.hpp"
 
 #include <cstdio>
-#include <fstream>
 
 namespace cairn {
 
@@ -263,13 +262,7 @@ int runCompare(const CompareArguments& arguments) {
     }
     if (!arguments.plot.empty()) {
         for (const ComparedScene& compared : list) {
-            const std::string file = plotFile(arguments.plot, compared.label, arguments.all);
-            std::ofstream out(file, std::ios::binary);
-            out << svg(plotOf(compared));
-            out.close();
-            if (!out) {
-                throw InputError("--plot", file, "the file cannot be written");
-            }
+            writeText("--plot", svg(plotOf(compared)), plotFile(arguments.plot, compared.label, arguments.all));
         }
     }
     return exitOk;

@@ -1,5 +1,6 @@
 // cairn demo: runs the demonstration scenes; writes a picture of each at three times, one film of all, and a table.
 #include "command/command.hpp"
+#include "command/interrupt.hpp"
 
 #include <cstdio>
 #include <sstream>
@@ -114,6 +115,7 @@ int runDemo(const DemoArguments& arguments) {
     nlohmann::ordered_json results = nlohmann::ordered_json::array();
     SceneDrawer drawer;
     int exitCode = exitOk;
+    const Interrupt interrupt;
     for (const DemoScene& demo : demos) {
         const std::string title = titleOf(demo);
         Scene scene = makeScene(demo.name, demo.overrides);
@@ -129,6 +131,7 @@ int runDemo(const DemoArguments& arguments) {
         const int steps = stepCount(scene);
         Progress progress(title, steps);
         for (int i = 0; i <= steps; ++i) {
+            interrupt.stopIfAsked("pictures are kept, the film is not written");
             if (i > 0) {
                 run.step();
             }

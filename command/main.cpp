@@ -1,20 +1,37 @@
 // The command `cairn`.
 #include <cairn/version.hpp>
 
+#include "assets/control_characters.hpp"
 #include "command/command.hpp"
+#include "command/interrupt.hpp"
+#include "command/mesh_process.hpp"
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 namespace {
 
 int complain(const std::string& words) {
-    std::fprintf(stderr, "cairn: %s\n", words.c_str());
+    std::fprintf(stderr, "cairn: %s\n", cairn::printable(words).c_str());
     return cairn::exitUsage;
+}
+
+// What went to standard output is only known to have arrived when all of it is out.
+int concluded(int exitCode) {
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+        std::fprintf(stderr, "cairn: standard output cannot be written: %s\n", std::strerror(errno));
+        return exitCode == cairn::exitOk ? cairn::exitBroken : exitCode;
+    }
+    return exitCode;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+    if (const std::optional<int> done = cairn::readMeshForParent(argc, argv)) {
+        return *done;
+    }
     CLI::App app("Rigid-body physics whose error is known: runs, measures and draws scenes.", "cairn");
     app.set_version_flag("--version", std::string("cairn ") + cairn::version);
     app.require_subcommand(1);
@@ -58,11 +75,16 @@ int main(int argc, char** argv) {
     try {
         for (const auto& [command, action] : commands) {
             if (command->parsed()) {
-                return action();
+                return concluded(action());
             }
         }
     } catch (const cairn::InputError& error) {
         return complain(error.what());
+    } catch (const cairn::Interrupted& error) {
+        std::fprintf(stderr, "cairn: %s\n", error.what());
+        return cairn::exitInterrupted;
+    } catch (const std::bad_alloc&) {
+        return complain("not enough memory: give a smaller scene, or more memory");
     } catch (const std::exception& error) {
         std::fprintf(stderr, "cairn: %s\n", error.what());
         return cairn::exitBroken;

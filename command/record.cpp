@@ -1,5 +1,7 @@
 // cairn record: runs a scene into a file that `replay` compares with and `view` shows.
+#include "base/output_file.hpp"
 #include "command/command.hpp"
+#include "command/interrupt.hpp"
 
 #include <cstdio>
 
@@ -14,34 +16,37 @@ struct RecordArguments {
     std::string json;
 };
 
-std::size_t poseBytes(const Recording& recording) {
-    std::size_t bytes = 0;
-    for (const std::string& track : recording.tracks) {
-        bytes += toBase64(track).size();
-    }
-    return bytes;
-}
+// What waits in memory before it is written.
+constexpr std::size_t partBytes = 1'000'000;
 
 int record(const RecordArguments& arguments) {
     const Scene scene = asRead(openScene(arguments.scene));
+    OutputFile out("--out", arguments.out);
     SceneRun run(scene, arguments.scene.precisionValue());
-    const Recording recording = recordRun(scene, run, arguments.fps);
-    const std::string text = toText(recording);
-    writeText("--out", text, arguments.out);
+    Recorder recorder(scene, run, arguments.fps);
+    RecordingWriter writer(recorder.header(), [&out](std::string_view text) { out.write(text); });
+    const bool whole = recordRun(recorder, run, [&] {
+        if (recorder.bytes() > partBytes) {
+            writer.add(recorder.part());
+        }
+    });
+    const Recording rest = recorder.finish();
+    writer.finish({rest.steps, rest.tracks});
+    out.finish();
     const RunResult& result = run.result();
     if (!arguments.json.empty()) {
         nlohmann::ordered_json json = resultJson(result);
         json["recording"] = {{"file", arguments.out},
-                             {"bytes", text.size()},
-                             {"pose_bytes", poseBytes(recording)},
-                             {"frames", recording.frameCount()}};
+                             {"bytes", writer.bytes()},
+                             {"pose_bytes", writer.poseBytes()},
+                             {"frames", writer.frames()}};
         writeJson(json, arguments.json);
     }
     if (arguments.json != "-") {
         std::printf("%s: %d steps of %.6g s, %d frames of %zu bodies, %s kB (poses %s kB)\n", arguments.out.c_str(),
-                    result.steps, result.dt, recording.frameCount(), recording.tracks.size(),
-                    fixed(1e-3 * static_cast<double>(text.size()), 0).c_str(),
-                    fixed(1e-3 * static_cast<double>(poseBytes(recording)), 0).c_str());
+                    result.steps, result.dt, writer.frames(), rest.tracks.size(),
+                    fixed(1e-3 * static_cast<double>(writer.bytes()), 0).c_str(),
+                    fixed(1e-3 * static_cast<double>(writer.poseBytes()), 0).c_str());
         std::printf("worst penetration %s mm", brief(1e3 * result.worst.penetration).c_str());
         if (result.counts.joints > 0) {
             std::printf(", worst joint gap %s mm", brief(1e3 * result.worst.jointGap).c_str());
@@ -51,21 +56,29 @@ int record(const RecordArguments& arguments) {
             std::printf("flag: %s\n", flag.c_str());
         }
     }
-    return concludeRun(result);
+    const int exitCode = concludeRun(result);
+    return whole ? exitCode : exitInterrupted;
 }
 
 }  // namespace
 
-Recording recordRun(const Scene& scene, SceneRun& run, double fps) {
-    Recorder recorder(scene, run, fps);
-    const int steps = stepCount(scene);
-    Progress progress(scene.name, steps);
-    for (int i = 1; i <= steps; ++i) {
-        run.step();
-        recorder.take();
-        progress.at(i);
+bool recordRun(Recorder& recorder, SceneRun& run, const std::function<void()>& afterStep) {
+    const Interrupt interrupt;
+    const int steps = stepCount(run.scene());
+    int made = 0;
+    {
+        Progress progress(run.scene().name, steps);
+        while (made < steps && !interrupt.asked()) {
+            run.step();
+            recorder.take();
+            afterStep();
+            progress.at(++made);
+        }
     }
-    return recorder.finish();
+    if (made < steps) {
+        std::fprintf(stderr, "cairn: interrupted after %d of %d steps, which are kept\n", made, steps);
+    }
+    return made == steps;
 }
 
 Action addRecord(CLI::App& app) {

@@ -1,5 +1,6 @@
 // cairn render: pictures or a film of a scene.
 #include "command/command.hpp"
+#include "command/interrupt.hpp"
 
 #include <cstdio>
 
@@ -44,7 +45,9 @@ int renderScene(const RenderArguments& arguments) {
         FilmWriter film(out, arguments.fps);
         const int frames = 1 + static_cast<int>(std::lround(scene.seconds * arguments.fps));
         Progress progress(scene.name, frames);
+        const Interrupt interrupt;
         for (int i = 0; i < frames; ++i) {
+            interrupt.stopIfAsked("the film is not written");
             run.advanceTo(i / arguments.fps);
             film.add(picture());
             progress.at(i + 1);

@@ -1,7 +1,7 @@
+#include "base/output_file.hpp"
 #include "command/command.hpp"
 
 #include <cstdio>
-#include <fstream>
 
 namespace cairn {
 
@@ -58,12 +58,7 @@ void writeJson(const nlohmann::ordered_json& json, const std::string& file) {
 }
 
 void writeText(const char* option, const std::string& text, const std::string& file) {
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.close();
-    if (!out) {
-        throw InputError(option, file, "the file cannot be written");
-    }
+    writeFile(option, file, text);
 }
 
 void makeFolder(const std::filesystem::path& folder) {

@@ -29,14 +29,8 @@ std::string millimetres(double metres) {
     return std::isfinite(metres) ? brief(1e3 * metres) : "broke";
 }
 
-// By another name first: a run that is stopped in the middle of it leaves the last state whole.
 void writeState(const Scene& scene, const TuneResult& result, const std::string& file) {
-    writeText("--state", tuneState(scene, result).dump(1) + "\n", file + ".part");
-    std::error_code error;
-    std::filesystem::rename(file + ".part", file, error);
-    if (error) {
-        throw InputError("--state", file, "the file cannot be written: " + error.message());
-    }
+    writeText("--state", tuneState(scene, result).dump(1) + "\n", file);
 }
 
 void readState(const std::string& file, const Scene& scene, TuneResult& result) {

@@ -1,5 +1,7 @@
 // cairn view: a page that plays a run in a browser.
+#include "base/output_file.hpp"
 #include "command/command.hpp"
+#include "command/interrupt.hpp"
 
 #include <cstdio>
 
@@ -31,20 +33,25 @@ int view(const CLI::App& app, const ViewArguments& arguments) {
     if (std::filesystem::is_regular_file(given)) {
         text = readFile("file", given);
     }
+    const std::string file = arguments.html.empty() ? given.stem().string() + ".html" : arguments.html;
     int exitCode = exitOk;
     Recording recording;
+    OutputFile out("--html", file);
     if (isRecording(text)) {
         refuseRunOptions(app);
         recording = parseRecording(text, given.string(), arguments.anyVersion);
     } else {
         const Scene scene = asRead(openScene(arguments.scene));
         SceneRun run(scene, arguments.scene.precisionValue());
-        recording = recordRun(scene, run, arguments.fps);
+        Recorder recorder(scene, run, arguments.fps);
+        const bool whole = recordRun(recorder, run);
+        recording = recorder.finish();
         exitCode = concludeRun(run.result());
+        exitCode = whole ? exitCode : exitInterrupted;
     }
-    const std::string file = arguments.html.empty() ? given.stem().string() + ".html" : arguments.html;
     const std::string page = viewPage(recording);
-    writeText("--html", page, file);
+    out.write(page);
+    out.finish();
     std::printf("%s: %d frames of %zu bodies, %s kB; open it in a browser\n",
                 std::filesystem::absolute(file).string().c_str(), recording.frameCount(), recording.tracks.size(),
                 fixed(1e-3 * static_cast<double>(page.size()), 0).c_str());

@@ -1,5 +1,7 @@
 #include "render/check_scene.hpp"
 
+#include "base/digits.hpp"
+
 #include <cmath>
 
 namespace cairn {
@@ -8,7 +10,7 @@ namespace {
 void requireColour(const Colour& c, const std::string& field) {
     for (const float part : {c.r, c.g, c.b, c.a}) {
         if (!(part >= 0 && part <= 1)) {
-            throw InputError(field, std::to_string(part), "each part of a colour must be in [0, 1]");
+            throw InputError(field, digits(part), "each part of a colour must be in [0, 1]");
         }
     }
 }
@@ -16,7 +18,7 @@ void requireColour(const Colour& c, const std::string& field) {
 template <class Range>
 void requirePixels(float pixels, const Range& field) {
     if (!(pixels > 0 && pixels <= 1000)) {
-        throw InputError(field, std::to_string(pixels), "must be in (0, 1000] pixels");
+        throw InputError(field, digits(pixels), "must be in (0, 1000] pixels");
     }
 }
 
@@ -42,7 +44,7 @@ void requireDrawable(const DrawScene& scene) {
         throw InputError("sun.direction", "0 or not finite", "must be a finite vector that is not 0");
     }
     if (!(scene.sun.intensity >= 0 && scene.sun.intensity <= 100)) {
-        throw InputError("sun.intensity", std::to_string(scene.sun.intensity), "must be in [0, 100]");
+        throw InputError("sun.intensity", digits(scene.sun.intensity), "must be in [0, 100]");
     }
     requireColour(scene.sun.colour, "sun.colour");
     requireColour(scene.ground.colour, "ground.colour");
@@ -56,7 +58,7 @@ void requireDrawable(const DrawScene& scene) {
         requireFinite(instance.pose.position, fieldOf("instances", i, "pose.position"));
         const float norm = instance.pose.rotation.norm();
         if (!(std::abs(norm - 1) < 1e-3f)) {
-            throw InputError(fieldOf("instances", i, "pose.rotation"), "norm " + std::to_string(norm),
+            throw InputError(fieldOf("instances", i, "pose.rotation"), "norm " + digits(norm),
                              "must be a unit quaternion");
         }
         if (!instance.scale.allFinite() || !(instance.scale.cwiseAbs().minCoeff() > 0)) {

@@ -3,6 +3,9 @@
 // signal.
 #include <cairn/render/film.hpp>
 
+#include "base/digits.hpp"
+#include "base/output_file.hpp"
+
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/socket.h>
@@ -12,10 +15,11 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
+#include <exception>
 #include <sstream>
 #include <stdexcept>
 
@@ -48,7 +52,7 @@ class FilmWriter::Impl {
 public:
     Impl(const std::filesystem::path& file, double framesPerSecond) : file_(file), rate_(framesPerSecond) {
         if (!(framesPerSecond > 0 && framesPerSecond <= 240)) {
-            throw InputError("framesPerSecond", std::to_string(framesPerSecond), "must be in (0, 240]");
+            throw InputError("framesPerSecond", digits(framesPerSecond), "must be in (0, 240]");
         }
         ending_ = file.extension().string();
         if (ending_ != ".mp4" && ending_ != ".gif" && ending_ != ".png") {
@@ -68,12 +72,14 @@ public:
                              "needs the program ffmpeg on PATH, which is not there: install it, or give a name that "
                              "ends in .png for numbered pictures");
         }
-        if (!std::ofstream(file_, std::ios::app)) {
-            throw InputError("film file", file.string(), "cannot be written: check the folder's rights and space");
-        }
+        out_ = std::make_unique<OutputFile>("film file", file_);
     }
 
     ~Impl() {
+        if (std::uncaught_exceptions() > exceptions_) {
+            abandon();  // a film that ends where its maker failed would look whole
+            return;
+        }
         try {
             finish();
         } catch (const std::exception&) {
@@ -113,14 +119,10 @@ public:
             return;
         }
         finished_ = true;
-        if (child_ == 0) {
-            if (ending_ != ".png") {
-                std::error_code error;
-                std::filesystem::remove(file_, error);
-            }
-            return;
+        if (child_ != 0) {
+            end();
+            out_->finish();
         }
-        end();
     }
 
     int count() const { return count_; }
@@ -133,12 +135,10 @@ private:
             throw std::runtime_error(std::string("cannot start ffmpeg: ") + std::strerror(errno));
         }
         input_ = ends[0];
-        std::ostringstream rate;
-        rate << rate_;
         const std::string size = std::to_string(width_) + "x" + std::to_string(height_);
         std::vector<std::string> words = {program_, "-hide_banner", "-loglevel",     "error", "-y",
                                           "-f",     "rawvideo",     "-pixel_format", "rgba",  "-video_size",
-                                          size,     "-framerate",   rate.str(),      "-i",    "pipe:0"};
+                                          size,     "-framerate",   digits(rate_),   "-i",    "pipe:0"};
         if (ending_ == ".gif") {
             // A palette for each picture, so that nothing waits in memory for the last one.
             words.insert(words.end(),
@@ -150,7 +150,7 @@ private:
                           "libx264", "-preset", "medium", "-crf", "18", "-pix_fmt", "yuv420p", "-colorspace", "bt709",
                           "-color_primaries", "bt709", "-color_trc", "bt709", "-movflags", "+faststart"});
         }
-        words.push_back("file:" + file_.string());
+        words.insert(words.end(), {"-f", ending_.substr(1), "file:" + out_->writtenTo().string()});
         std::vector<char*> arguments;
         arguments.reserve(words.size() + 1);
         for (std::string& word : words) {
@@ -163,7 +163,12 @@ private:
         posix_spawn_file_actions_adddup2(&actions, ends[1], 0);
         posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
         posix_spawn_file_actions_adddup2(&actions, fileno(words_.get()), 2);
-        const int error = posix_spawn(&child_, program_.c_str(), &actions, nullptr, arguments.data(), environ);
+        // A group of its own: Ctrl-C is for us, who end it.
+        posix_spawnattr_t attributes;
+        posix_spawnattr_init(&attributes);
+        posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+        const int error = posix_spawn(&child_, program_.c_str(), &actions, &attributes, arguments.data(), environ);
+        posix_spawnattr_destroy(&attributes);
         posix_spawn_file_actions_destroy(&actions);
         close(ends[1]);
         if (error != 0) {
@@ -189,13 +194,26 @@ private:
         }
     }
 
-    // Ends the child; throws its words if it failed.
-    void end() {
+    // The child's status.
+    int await() {
         close(input_);
         int status = 0;
         while (waitpid(child_, &status, 0) < 0 && errno == EINTR) {
         }
         child_ = 0;
+        return status;
+    }
+
+    void abandon() {
+        if (child_ != 0) {
+            kill(child_, SIGKILL);
+            await();
+        }
+    }
+
+    // Ends the child; throws its words if it failed. On a full disk it complains, but ends as if all were well.
+    void end() {
+        const int status = await();
         std::string said;
         std::rewind(words_.get());
         std::array<char, 512> part{};
@@ -203,7 +221,7 @@ private:
             said += part.data();
         }
         words_.reset();
-        if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+        if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || !said.empty()) {
             throw std::runtime_error("ffmpeg could not make " + file_.string() + ": " + said);
         }
     }
@@ -216,6 +234,8 @@ private:
     int height_ = 0;
     int count_ = 0;
     bool finished_ = false;
+    int exceptions_ = std::uncaught_exceptions();
+    std::unique_ptr<OutputFile> out_;
     pid_t child_ = 0;
     int input_ = -1;
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> words_{nullptr, std::fclose};  // what ffmpeg says

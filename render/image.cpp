@@ -1,8 +1,11 @@
 #include <cairn/render/image.hpp>
 
+#include "base/output_file.hpp"
+
 #include <png.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 
 namespace cairn {
@@ -46,12 +49,14 @@ void writePng(const Image& image, const std::filesystem::path& file) {
     png.width = static_cast<png_uint_32>(image.width);
     png.height = static_cast<png_uint_32>(image.height);
     png.format = PNG_FORMAT_RGBA;
-    if (png_image_write_to_file(&png, file.c_str(), 0, image.rgba.data(), 0, nullptr) == 0) {
-        const std::string reason = png.message;
+    OutputFile out("PNG file", file);
+    errno = 0;
+    if (png_image_write_to_stdio(&png, out.stream(), 0, image.rgba.data(), 0, nullptr) == 0) {
+        const int error = errno != 0 ? errno : EIO;
         png_image_free(&png);
-        throw InputError("PNG file", file.string(),
-                         "cannot be written (" + reason + "): check folder, rights and space");
+        out.fail(error);
     }
+    out.finish();
 }
 
 Image readPng(const std::filesystem::path& file) {

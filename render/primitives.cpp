@@ -1,5 +1,7 @@
 #include <cairn/render/primitives.hpp>
 
+#include "base/digits.hpp"
+
 #include <cmath>
 #include <numbers>
 
@@ -9,7 +11,7 @@ namespace {
 
 void requirePositive(double value, const char* field) {
     if (!(value > 0) || !std::isfinite(value)) {
-        throw InputError(field, std::to_string(value), "must be positive and finite (m)");
+        throw InputError(field, digits(value), "must be positive and finite (m)");
     }
 }
 

@@ -11,6 +11,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace cairn {
 
@@ -31,6 +32,9 @@ class PoseTrackWriter {
 public:
     void add(const Posed& pose);
     const PoseValues& last() const { return last_; }
+    std::size_t size() const { return bytes_.size(); }
+    // The bytes so far, which it forgets: those that follow go on where these end.
+    std::string take() { return std::exchange(bytes_, {}); }
     // The bytes of all that was added; nothing may be added after.
     std::string finish();
 

@@ -69,9 +69,12 @@ void findWorst(const Simulation& simulation, const Scene& scene, RecordedStep& s
 
 }  // namespace
 
+int framesOf(int steps, int every) {
+    return 1 + (steps + every - 1) / every;
+}
+
 int Recording::frameCount() const {
-    const int count = static_cast<int>(steps.size());
-    return 1 + (count + every - 1) / every;
+    return framesOf(static_cast<int>(steps.size()), every);
 }
 
 int Recording::stepOfFrame(int frame) const {
@@ -137,18 +140,36 @@ void Recorder::takePoses() {
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
         tracks_[i].add(run_.simulation().pose(i));
     }
-    framed_ = static_cast<int>(recording_.steps.size());
+    framed_ = taken_;
 }
 
 void Recorder::take() {
     recording_.steps.push_back(recordedStep(recording_.scene, run_.simulation()));
-    if (static_cast<int>(recording_.steps.size()) % recording_.every == 0) {
+    ++taken_;
+    if (taken_ % recording_.every == 0) {
         takePoses();
     }
 }
 
+std::size_t Recorder::bytes() const {
+    std::size_t sum = recording_.steps.size() * sizeof(RecordedStep);
+    for (const PoseTrackWriter& track : tracks_) {
+        sum += track.size();
+    }
+    return sum;
+}
+
+RecordingPart Recorder::part() {
+    RecordingPart out;
+    out.steps.swap(recording_.steps);
+    for (PoseTrackWriter& track : tracks_) {
+        out.tracks.push_back(track.take());
+    }
+    return out;
+}
+
 Recording Recorder::finish() {
-    if (framed_ != static_cast<int>(recording_.steps.size())) {
+    if (framed_ != taken_) {
         takePoses();
     }
     for (PoseTrackWriter& track : tracks_) {

@@ -4,6 +4,9 @@
 #include "command/recording/pose_track.hpp"
 #include "demos/run.hpp"
 
+#include <functional>
+#include <string_view>
+
 namespace cairn {
 
 struct RecordedStep {
@@ -38,6 +41,15 @@ struct Recording {
     int stepOfFrame(int frame) const;  // 0: the start
 };
 
+// How many frames so many steps have.
+int framesOf(int steps, int every);
+
+// Some steps of a recording, and the bytes that they add to its tracks.
+struct RecordingPart {
+    std::vector<RecordedStep> steps;
+    std::vector<std::string> tracks;
+};
+
 // The version and the build of this program.
 std::string engineVersion();
 std::string engineBuild();
@@ -58,7 +70,14 @@ public:
     Recorder(const Scene& scene, const SceneRun& run, double fps);
     // To be called after each step of the run.
     void take();
+    // How much it holds, and what that is: it forgets it then, and goes on after it.
+    std::size_t bytes() const;
+    RecordingPart part();
+    // All that it holds. Nothing may be taken after.
     Recording finish();
+
+    // What runs, without steps.
+    const Recording& header() const { return recording_; }
 
 private:
     void takePoses();
@@ -66,10 +85,36 @@ private:
     const SceneRun& run_;
     Recording recording_;
     std::vector<PoseTrackWriter> tracks_;
+    int taken_ = 0;   // steps
     int framed_ = 0;  // the step that the last frame shows
 };
 
-// One file. Throws InputError where toJson(Scene) does.
+// Writes a recording as it is made, so that a long one takes no more memory than a short one. Throws InputError where
+// toJson(Scene) does.
+class RecordingWriter {
+public:
+    // Of the recording, what is no step and no pose.
+    RecordingWriter(const Recording& header, std::function<void(std::string_view)> write);
+    void add(const RecordingPart& part);
+    void finish(const RecordingPart& rest);
+
+    int steps() const { return steps_; }
+    int frames() const;
+    std::size_t bytes() const { return bytes_; }
+    std::size_t poseBytes() const { return poseBytes_; }
+
+private:
+    void write(const std::string& text);
+
+    std::function<void(std::string_view)> write_;
+    int every_;
+    int steps_ = 0;
+    int parts_ = 0;
+    std::size_t bytes_ = 0;
+    std::size_t poseBytes_ = 0;
+};
+
+// One file.
 std::string toText(const Recording& recording);
 // Whether a text claims to be a recording.
 bool isRecording(const std::string& text);

@@ -1,5 +1,9 @@
 // Recordings as files: JSON, one top-level field a line.
 #include "command/recording/record.hpp"
+
+#include <cairn/assets/scene_files.hpp>
+
+#include "assets/control_characters.hpp"
 #include "demos/base64.hpp"
 
 #include <nlohmann/json.hpp>
@@ -52,6 +56,9 @@ public:
         if (!json_.is_string()) {
             refuse(std::string("it must be a text: ") + recordAnew);
         }
+        if (hasControls(json_.get<std::string>())) {
+            refuse(std::string("it has control characters: ") + recordAnew);
+        }
         return json_.get<std::string>();
     }
     // null stands for infinity, which JSON has not.
@@ -82,7 +89,7 @@ public:
         return x;
     }
     [[noreturn]] void refuse(const std::string& remedy) const {
-        const std::string value = json_.dump();
+        const std::string value = json_.dump(-1, ' ', true);
         fail(where_, value.size() > 40 ? value.substr(0, 40) + "..." : value, remedy);
     }
 
@@ -121,6 +128,15 @@ Json stepsJson(const std::vector<RecordedStep>& steps) {
     return json;
 }
 
+Json tracksJson(const std::vector<std::string>& tracks, std::size_t& bytes) {
+    Json list = Json::array();
+    for (const std::string& track : tracks) {
+        list.push_back(toBase64(track));
+        bytes += list.back().get_ref<const std::string&>().size();
+    }
+    return list;
+}
+
 std::vector<RecordedStep> readSteps(const Place& place, int bodies, int joints) {
     constexpr int max = 1 << 30;
     std::vector<RecordedStep> steps(place.at("hash").size());
@@ -154,6 +170,16 @@ std::vector<RecordedStep> readSteps(const Place& place, int bodies, int joints) 
     return steps;
 }
 
+void readTracks(const Place& list, std::vector<std::string>& tracks) {
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        const std::optional<std::string> bytes = fromBase64(list.at(i).text());
+        if (!bytes) {
+            list.at(i).refuse(std::string("it is no base64: ") + recordAnew);
+        }
+        tracks[i] += *bytes;
+    }
+}
+
 void checkTrack(const std::string& bytes, int frames, const Place& place) {
     PoseTrackReader reader(bytes);
     for (int k = 0; k < frames; ++k) {
@@ -182,6 +208,19 @@ void requireVersion(const Place& place, const std::string& file, bool anyVersion
     }
 }
 
+// Meshes stand in a recording itself: it has no files to name.
+Scene sceneIn(const Place& place, const std::string& file) {
+    const std::string name = file + ":/scene";
+    try {
+        return parseScene(place.at("scene").json().dump(), ".", name, {.none = true, .root = {}, .readMesh = {}});
+    } catch (const InputError& error) {
+        const std::string& field = error.field();
+        const std::string own = name + ":";  // a pointer of its own begins there
+        throw InputError(field.starts_with(own) ? name + field.substr(own.size()) : field, error.value(),
+                         error.remedy());
+    }
+}
+
 // Throws InputError where it is no recording.
 Json parsed(const std::string& text, const std::string& file) {
     Json json;
@@ -203,30 +242,55 @@ Json parsed(const std::string& text, const std::string& file) {
 
 }  // namespace
 
-std::string toText(const Recording& recording) {
+RecordingWriter::RecordingWriter(const Recording& header, std::function<void(std::string_view)> write)
+    : write_(std::move(write)), every_(header.every) {
     Json json;
     json[formatField] = formatVersion;
-    json["version"] = recording.version;
-    json["build"] = recording.build;
-    json["precision"] = name(recording.precision);
-    json["threads"] = recording.threads;
-    json["dt"] = recording.scene.dt;
-    json["scene"] = Json::parse(toJson(recording.scene));
-    json["steps"] = stepsJson(recording.steps);
-    Json tracks = Json::array();
-    for (const std::string& track : recording.tracks) {
-        tracks.push_back(toBase64(track));
-    }
-    json["poses"] = {{"every", recording.every},
-                     {"frames", recording.frameCount()},
-                     {"unit_m", positionUnit},
-                     {"unit_rotation", rotationUnit},
-                     {"bodies", std::move(tracks)}};
+    json["version"] = header.version;
+    json["build"] = header.build;
+    json["precision"] = name(header.precision);
+    json["threads"] = header.threads;
+    json["dt"] = header.scene.dt;
+    json["scene"] = Json::parse(toJson(header.scene));
     std::string text;
     for (const auto& [key, value] : json.items()) {
         text += (text.empty() ? "{ " : ",\n  ") + Json(key).dump() + ": " + value.dump();
     }
-    return text + " }\n";
+    this->write(text);
+}
+
+void RecordingWriter::write(const std::string& text) {
+    write_(text);
+    bytes_ += text.size();
+}
+
+void RecordingWriter::add(const RecordingPart& part) {
+    const Json tracks = tracksJson(part.tracks, poseBytes_);
+    write((parts_++ == 0 ? ",\n  \"earlier\": [" : ",\n    ") +
+          Json({{"steps", stepsJson(part.steps)}, {"bodies", tracks}}).dump());
+    steps_ += static_cast<int>(part.steps.size());
+}
+
+void RecordingWriter::finish(const RecordingPart& rest) {
+    steps_ += static_cast<int>(rest.steps.size());
+    const Json poses = {{"every", every_},
+                        {"frames", frames()},
+                        {"unit_m", positionUnit},
+                        {"unit_rotation", rotationUnit},
+                        {"bodies", tracksJson(rest.tracks, poseBytes_)}};
+    write(std::string(parts_ > 0 ? "]" : "") + ",\n  \"steps\": " + stepsJson(rest.steps).dump() +
+          ",\n  \"poses\": " + poses.dump() + " }\n");
+}
+
+int RecordingWriter::frames() const {
+    return framesOf(steps_, every_);
+}
+
+std::string toText(const Recording& recording) {
+    std::string text;
+    RecordingWriter writer(recording, [&text](std::string_view part) { text += part; });
+    writer.finish({recording.steps, recording.tracks});
+    return text;
 }
 
 bool isRecording(const std::string& text) {
@@ -235,7 +299,7 @@ bool isRecording(const std::string& text) {
 
 Scene recordedScene(const std::string& text, const std::string& file) {
     const Json json = parsed(text, file);
-    return parseScene(Place(json, file + ":").at("scene").json().dump(), ".", file + ":/scene");
+    return sceneIn(Place(json, file + ":"), file);
 }
 
 Recording parseRecording(const std::string& text, const std::string& file, bool anyVersion) {
@@ -251,15 +315,27 @@ Recording parseRecording(const std::string& text, const std::string& file, bool 
     }
     recording.precision = precision == name(Precision::Float) ? Precision::Float : Precision::Double;
     recording.threads = place.at("threads").whole(1, 1 << 20);
-    recording.scene = parseScene(place.at("scene").json().dump(), ".", file + ":/scene");
+    recording.scene = sceneIn(place, file);
     if (place.at("dt").number() != recording.scene.dt) {
-        place.at("dt").refuse("its scene says " + std::to_string(recording.scene.dt) + " s: " + recordAnew);
+        place.at("dt").refuse("its scene says " + Json(recording.scene.dt).dump() + " s: " + recordAnew);
     }
     const Place poses = place.at("poses");
     recording.every = poses.at("every").whole(1, 1 << 30);
     const std::size_t count = makeSimulation(recording.scene, recording.precision)->bodyCount();
-    recording.steps =
-        readSteps(place.at("steps"), static_cast<int>(count), static_cast<int>(recording.scene.joints.size()));
+    recording.tracks.resize(count);
+    const auto addSteps = [&](const Place& part) {
+        const std::vector<RecordedStep> steps =
+            readSteps(part.at("steps"), static_cast<int>(count), static_cast<int>(recording.scene.joints.size()));
+        recording.steps.insert(recording.steps.end(), steps.begin(), steps.end());
+    };
+    if (json.contains("earlier")) {
+        const Place earlier = place.at("earlier");
+        for (std::size_t i = 0; i < earlier.size(); ++i) {
+            addSteps(earlier.at(i));
+            readTracks(earlier.at(i).list("bodies", count), recording.tracks);
+        }
+    }
+    addSteps(place);
     if (recording.scene.world.accuracy.budget > 0 && !recording.steps.empty() &&
         recording.steps.front().qualityLevel < 0) {
         throw InputError(file + ":/steps/quality_level", "nothing",
@@ -273,13 +349,9 @@ Recording parseRecording(const std::string& text, const std::string& file, bool 
         poses.refuse("its units are not those of this version");
     }
     const Place tracks = poses.list("bodies", count);
+    readTracks(tracks, recording.tracks);
     for (std::size_t i = 0; i < count; ++i) {
-        const std::optional<std::string> bytes = fromBase64(tracks.at(i).text());
-        if (!bytes) {
-            tracks.at(i).refuse(std::string("it is no base64: ") + recordAnew);
-        }
-        checkTrack(*bytes, frames, tracks.at(i));
-        recording.tracks.push_back(*bytes);
+        checkTrack(recording.tracks[i], frames, tracks.at(i));
     }
     return recording;
 }

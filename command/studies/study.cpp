@@ -3,7 +3,6 @@
 #include "command/command.hpp"
 
 #include <cstdio>
-#include <fstream>
 
 namespace cairn {
 
@@ -72,13 +71,7 @@ std::string markdownTable(const std::vector<std::vector<std::string>>& rows) {
 }
 
 void writePicture(const std::string& name, const std::string& picture, const std::filesystem::path& folder) {
-    const std::filesystem::path file = folder / (name + ".svg");
-    std::ofstream out(file, std::ios::binary);
-    out << picture;
-    out.close();
-    if (!out) {
-        throw InputError("--out", file.string(), "the file cannot be written");
-    }
+    writeText("--out", picture, folder / (name + ".svg"));
 }
 
 int runStudy(const StudyArguments& arguments) {

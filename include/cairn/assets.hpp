@@ -4,3 +4,4 @@
 #include <cairn/assets/convex_hull.hpp>
 #include <cairn/assets/mesh_file.hpp>
 #include <cairn/assets/scene.hpp>
+#include <cairn/assets/scene_files.hpp>

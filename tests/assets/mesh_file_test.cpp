@@ -3,6 +3,9 @@
 
 #include "tests/assets/temp_dir.hpp"
 
+#include <sys/stat.h>
+
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -167,9 +170,71 @@ TEST_F(MeshFiles, OtherKindsAreRefusedInWords) {
     EXPECT_NE(errorOf(write("mesh", tetrahedron)).find("(no extension)"), std::string::npos);
     EXPECT_NE(errorOf(dir() / "none.obj").find("no such file"), std::string::npos);
     std::filesystem::create_directory(dir() / "folder.obj");
-    EXPECT_NE(errorOf(dir() / "folder.obj").find("no such file"), std::string::npos);
-    EXPECT_NE(errorOf(write("t.obj", tetrahedron), 0).find("finite factor above 0"), std::string::npos);
+    EXPECT_NE(errorOf(dir() / "folder.obj").find("a folder"), std::string::npos);
+    EXPECT_NE(errorOf(write("t.obj", tetrahedron), -1e-9).find("scale -1e-09: give a finite factor above 0"),
+              std::string::npos);
     EXPECT_NE(errorOf(write("t.obj", tetrahedron), std::nan("")).find("finite factor above 0"), std::string::npos);
+}
+
+// assimp takes a file for what its first bytes say: this one reached the PLY reader, which crashed or never ended.
+TEST_F(MeshFiles, BytesOfAnotherKindAreRefused) {
+    const std::string ply =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_index\nend_head\xf2\n" +
+        std::string(49, '\0');
+    for (const char* const name : {"a.glb", "a.gltf", "a.stl", "a.obj"}) {
+        EXPECT_NE(errorOf(write(name, ply)).find("(not readable as a mesh)"), std::string::npos) << name;
+        EXPECT_NE(errorOf(write(name, "ply\nformat binary_li")), "(accepted)") << name;
+    }
+    EXPECT_NE(errorOf(write("b.glb", readAll(dataFile("rock.obj")))).find("does not begin as a .glb"),
+              std::string::npos);
+    EXPECT_NE(errorOf(write("b.stl", readAll(dataFile("cube.glb")))).find("too short"), std::string::npos);
+}
+
+// Of 43 bytes, which took 4 GB.
+TEST_F(MeshFiles, PromisesBeyondTheFileAreRefused) {
+    const std::string glb("glTF\2\0\0\0\x18\3\0\0\xff\xff\xff\xffJSON{\"a\x99\\\nve\x9dsion\":\"2.0#\",\"", 43);
+    EXPECT_NE(errorOf(write("a.glb", glb)).find("says that it has 792 bytes, and has 43"), std::string::npos);
+    std::string chunk = readAll(dataFile("cube.glb"));
+    chunk[15] = '\x7f';
+    EXPECT_NE(errorOf(write("b.glb", chunk)).find("a part of it says that it has 21"), std::string::npos);
+    const std::string gltf = R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 36}],
+        "accessors": [{"componentType": 5126, "count": 4000000000, "type": "VEC3"}]})";
+    EXPECT_NE(errorOf(write("c.gltf", gltf)).find("counts 4000000000 elements, and its buffers have 36"),
+              std::string::npos);
+    EXPECT_NE(errorOf(write("d.gltf", std::string(100000, '['))).find("nested too deep"), std::string::npos);
+}
+
+TEST_F(MeshFiles, PipesAreNotWaitedFor) {
+    ASSERT_EQ(mkfifo((dir() / "pipe.obj").c_str(), 0600), 0);
+    EXPECT_NE(errorOf(dir() / "pipe.obj").find("a pipe or device"), std::string::npos);
+    ASSERT_EQ(mkfifo((dir() / "pipe.mtl").c_str(), 0600), 0);
+    const std::string text = std::string("mtllib pipe.mtl\nusemtl a\n") + tetrahedron;
+    EXPECT_EQ(loadMesh(write("t.obj", text)).triangles.size(), 4U);
+}
+
+// A triangle, whose corners lie in a file of their own.
+std::string gltfWithBuffer(const std::string& uri) {
+    return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"byteLength": 36, "uri": ")" +
+           uri + R"("}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}]})";
+}
+
+TEST_F(MeshFiles, BuffersOfGltfLieInItsFolder) {
+    const std::array<float, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const std::string bytes(reinterpret_cast<const char*>(corners.data()), sizeof corners);
+    std::filesystem::create_directory(dir() / "in");
+    write("in/corners.bin", bytes);
+    write("outside.bin", bytes);
+    std::filesystem::create_symlink("../outside.bin", dir() / "in" / "link.bin");
+    ASSERT_EQ(mkfifo((dir() / "in" / "pipe.bin").c_str(), 0600), 0);
+    EXPECT_EQ(loadMesh(write("in/t.gltf", gltfWithBuffer("corners.bin"))).triangles.size(), 1U);
+    for (const std::string uri : {"../outside.bin", "link.bin", "pipe.bin", "/dev/zero"}) {
+        const std::string said = errorOf(write("in/t.gltf", gltfWithBuffer(uri)));
+        EXPECT_NE(said.find("could not open referenced file"), std::string::npos) << uri << ": " << said;
+    }
 }
 
 TEST_F(MeshFiles, EmptyAndMeaninglessFilesAreRefused) {

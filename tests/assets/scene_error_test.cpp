@@ -46,6 +46,7 @@ TEST_P(SceneErrors, NamePlaceValueAndRemedy) {
 #define BODY(text) R"({"cairn": 1, "bodies": [{"shapes": [{"sphere": {"radius": 1}}], )" text "}]}"
 #define SHAPE(text) R"({"cairn": 1, "materials": {"wood": {"friction": 0.5}}, "bodies": [{"type": "static", "shapes": [)" text "]}]}"
 #define WORLD(text) R"({"cairn": 1, "bodies": [], "world": {)" text "}}"
+#define SOFT(text) R"({"cairn": 1, "bodies": [], "deformables": [{)" text "}]}"
 #define JOINT(text) R"({"cairn": 1, "bodies": [{"name": "floor", "type": "static"}, {"name": "wall", "type": "static"}, {"name": "crate", "shapes": [{"sphere": {"radius": 1}}]}], "joints": [{)" text "}]}"
 
 const Case cases[] = {
@@ -128,6 +129,13 @@ const Case cases[] = {
     {JOINT(R"("type": "ball", "a": "crate", "b": "crate", "anchor": [0, 0, 0])"), "bad.json:/joints/0/b", "same body", "two different bodies"},
     {JOINT(R"("type": "ball", "a": "floor", "b": "wall", "anchor": [0, 0, 0])"), "bad.json:/joints/0", "not dynamic", "make one of them dynamic"},
     {R"({"cairn": 1, "bodies": [{"name": "a", "type": "static"}, {"name": "a", "type": "static"}]})", "bad.json:/bodies/1/name", "\"a\"", "number 0 in this list has it already"},
+    {BODY(R"("name": "a\u001b[2J")"), "bad.json:/bodies/0/name", "\\u001b[2J", "without control characters"},
+    {BODY(R"("name": "a\u0000b")"), "bad.json:/bodies/0/name", "a\\u0000b", "without control characters"},
+    {BODY(R"("name": "\u009b2J")"), "bad.json:/bodies/0/name", "\\u009b2J", "without control characters"},
+    {BODY(R"("\u009b2J\u001b": 1)"), "bad.json:/bodies/0/\\x9b2J\\x1b", "1", "there is no such field"},
+    {R"({"cairn": 1, "bodies": [], "name": "two\nlines"})", "bad.json:/name", "\"two\\nlines\"", "without control characters"},
+    {R"({"cairn": 1, "bodies": [], "materials": {"a\u007f": {}}})", "bad.json:/materials", "a\\u007f", "without control characters"},
+    {SHAPE(R"({"mesh": {"file": "rock.obj\u0000.glb"}})"), "bad.json:/bodies/0/shapes/0/mesh/file", "rock.obj\\u0000.glb", "without control characters"},
     // Joints.
     {JOINT(R"("type": "hinge", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "axis": [0, 0, 0])"), "bad.json:/joints/0/axis", "[0,0,0]", "give a direction"},
     {JOINT(R"("type": "hinge", "a": "floor", "b": "crate", "anchor": [0, 0, 0])"), "bad.json:/joints/0/axis", "(missing)", "required"},
@@ -135,6 +143,11 @@ const Case cases[] = {
     {JOINT(R"("type": "distance", "a": "floor", "b": "crate", "anchorA": [0, 0, 0], "anchorB": [0, 1, 0], "lower": -1)"), "bad.json:/joints/0/lower", "-1", "at least 0"},
     {JOINT(R"("type": "cone_twist", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "axis": [1, 0, 0], "swing": 4)"), "bad.json:/joints/0/swing", "4", "below 3.14"},
     {JOINT(R"("type": "ball", "a": "floor", "b": "crate", "anchor": [0, 0, 0], "softness": {"compliance": -1})"), "bad.json:/joints/0/softness/compliance", "-1", "at least 0"},
+    // More than memory holds.
+    {SOFT(R"("cloth": {"grid": {"corner": [0, 0, 0], "u": [1, 0, 0], "v": [0, 0, 1], "cells": [10000, 10000]}})"), "bad.json:/deformables/0/cloth/grid/cells", "[10000,10000]", "100020001 particles, and all ropes, cloth and soft bodies of a scene may have 1000000 together"},
+    {SOFT(R"("rope": {"from": [0, 0, 0], "to": [1, 0, 0], "segments": 1000000})"), "bad.json:/deformables/0/rope/segments", "1000000", "1000001 particles"},
+    {SOFT(R"("rope": {"from": [0, 0, 0], "to": [1, 0, 0], "segments": 600000}}, {"rope": {"from": [0, 0, 0], "to": [1, 0, 0], "segments": 600000})"), "bad.json:/deformables/1/rope/segments", "600000", "600001 particles"},
+    {SOFT(R"("soft": {"surface": {"file": "cube.glb"}, "cell": 0.002, "radius": 0.0005})"), "bad.json:/deformables/0/soft/cell", "0.002", "125000000 particles"},
     // Bodies and shapes that cannot be.
     {R"({"cairn": 1, "bodies": [{"name": "ghost"}]})", "bad.json:/bodies/0/mass", "0", "give it a shape"},
     {R"({"cairn": 1, "bodies": [{"shapes": [{"halfspace": {"normal": [0, 1, 0]}}]}]})", "bad.json:/bodies/0/type", "dynamic with a halfspace", "make the body static"},

@@ -1,7 +1,10 @@
 #include "tests/render/pictures.hpp"
+#include "tests/small_disk.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <random>
 
 namespace cairn {
 namespace {
@@ -120,6 +123,54 @@ TEST(Film, deathOfFfmpegIsReported) {
     }
     setenv("PATH", before.c_str(), 1);
     EXPECT_NE(said.find("no such codec"), std::string::npos) << said;
+}
+
+std::string bytesOf(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+// ffmpeg itself ends as if all were well when the disk is full.
+TEST(Film, fullDiskIsReportedAndLeavesTheOldFilm) {
+    if (!filmAvailable()) {
+        GTEST_SKIP() << "ffmpeg is not on PATH";
+    }
+    std::vector<Image> pictures;
+    std::mt19937 chance(3);
+    for (int i = 0; i < 5; ++i) {
+        Image& picture = pictures.emplace_back(64, 64);
+        std::generate(picture.rgba.begin(), picture.rgba.end(), [&] { return static_cast<std::uint8_t>(chance()); });
+    }
+    for (const char* const name : {"full.mp4", "full.gif"}) {
+        std::ofstream(scratch(name)) << "the old film";
+        std::string said;
+        try {
+            const test::SmallDisk full(4096);
+            FilmWriter film(scratch(name), 25);
+            for (const Image& picture : pictures) {
+                film.add(picture);
+            }
+            film.finish();
+        } catch (const std::runtime_error& error) {
+            said = error.what();
+        }
+        EXPECT_NE(said.find("File too large"), std::string::npos) << said;
+        EXPECT_EQ(bytesOf(scratch(name)), "the old film");
+    }
+}
+
+TEST(Film, isDroppedWhereItsMakerFails) {
+    if (!filmAvailable()) {
+        GTEST_SKIP() << "ffmpeg is not on PATH";
+    }
+    std::ofstream(scratch("dropped.mp4")) << "the old film";
+    try {
+        FilmWriter film(scratch("dropped.mp4"), 25);
+        film.add(Image(32, 32));
+        throw std::runtime_error("no more pictures");
+    } catch (const std::runtime_error&) {
+        EXPECT_EQ(bytesOf(scratch("dropped.mp4")), "the old film");
+    }
 }
 
 TEST(Film, nothingAddedLeavesNoFile) {

@@ -1,4 +1,5 @@
 #include "tests/render/pictures.hpp"
+#include "tests/small_disk.hpp"
 
 #include <png.h>
 
@@ -81,6 +82,16 @@ TEST(Png, refusesToWriteNothingOrNowhere) {
     broken.rgba.resize(10);
     EXPECT_EQ(complaint([&] { writePng(broken, scratch("a.png")); }), "image");
     EXPECT_FALSE(std::filesystem::exists(scratch("a.png")));
+}
+
+TEST(Png, fullDiskLeavesTheOldPicture) {
+    const Image old = randomImage(4, 4);
+    writePng(old, scratch("full.png"));
+    {
+        const test::SmallDisk full(4096);
+        EXPECT_EQ(complaint([] { writePng(randomImage(64, 64), scratch("full.png")); }), "PNG file");
+    }
+    EXPECT_EQ(readPng(scratch("full.png")), old);
 }
 
 TEST(Image, sizesAreChecked) {

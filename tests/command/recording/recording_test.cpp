@@ -58,6 +58,37 @@ TEST(Recording, ReplaysForAnyThreadsInFloatAndUnderABudget) {
     expectSame(budget, 2);
 }
 
+// Written as it is made, in parts that end anywhere, it is the same recording.
+TEST(Recording, InPartsIsTheSame) {
+    for (const char* const name : {"cradle", "pile"}) {
+        const Recording whole = recorded(name, {}, 40, 20);
+        const Scene scene = asRead(makeScene(name));
+        SceneRun run(scene);
+        Recorder recorder(scene, run, 20);
+        std::string text;
+        RecordingWriter writer(recorder.header(), [&text](std::string_view part) { text += part; });
+        for (int i = 0; i < 40; ++i) {
+            run.step();
+            recorder.take();
+            if (i % 7 == 3) {
+                EXPECT_GT(recorder.bytes(), 0U);
+                writer.add(recorder.part());
+                EXPECT_EQ(recorder.bytes(), 0U);
+            }
+        }
+        const Recording rest = recorder.finish();
+        writer.finish({rest.steps, rest.tracks});
+        EXPECT_EQ(writer.bytes(), text.size());
+        EXPECT_EQ(writer.frames(), whole.frameCount());
+        const Recording read = parseRecording(text, "file");
+        EXPECT_EQ(read.steps, whole.steps);
+        EXPECT_EQ(read.tracks, whole.tracks);
+        nlohmann::ordered_json json = nlohmann::ordered_json::parse(text);
+        json["earlier"].erase(2);
+        EXPECT_THROW(parseRecording(json.dump(), "file"), InputError);
+    }
+}
+
 TEST(Recording, KeepsWhatIsNotFinite) {
     Recording recording = recorded("tower", {{"n", 2}}, 3);
     recording.steps[1].penetration = std::numeric_limits<double>::infinity();
