@@ -136,6 +136,8 @@ void Gatherer<S>::gatherContacts() {
 
 template <class S>
 void Gatherer<S>::colourJoints() {
+    problem_.jointOrder.clear();
+    problem_.jointColours.clear();
     if (problem_.jobs == nullptr || problem_.joints.size() + problem_.locks.size() + problem_.rolls.size() == 0) {
         return;
     }

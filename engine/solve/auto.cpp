@@ -38,12 +38,23 @@ double rowCount(const Problem<S>& problem) {
            rowsOfJoint * static_cast<double>(problem.joints.size() + problem.locks.size() + problem.rolls.size());
 }
 
-// Whether bodies are as deep in each other as will move them.
+// Whether a body is as deep in another as will move it: by millimetres, and by what is much of itself.
 template <class S>
 bool isPressed(const Problem<S>& problem) {
     constexpr S deep = S(0.005);  // m
-    return std::any_of(problem.points.begin(), problem.points.end(),
-                       [](const ProblemPoint<S>& point) { return point.separation < -deep; });
+    constexpr S share = S(0.005);
+    return std::any_of(problem.contacts.begin(), problem.contacts.end(), [&](const ProblemContact<S>& contact) {
+        const auto isFixed = [&](int body) { return problem.bodies[static_cast<std::size_t>(body)].fixed; };
+        for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
+            const S depth = -problem.points[static_cast<std::size_t>(i)].separation;
+            const ContactGeometry<S>& at = problem.geometry[static_cast<std::size_t>(i)];
+            if (depth > deep && ((!isFixed(contact.a) && depth > share * at.onA.norm()) ||
+                                 (!isFixed(contact.b) && depth > share * at.onB.norm()))) {
+                return true;
+            }
+        }
+        return false;
+    });
 }
 
 // Whether joints are worth a factor: all but those of cloth and soft bodies, which are as many that it would cost more

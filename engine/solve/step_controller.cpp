@@ -21,6 +21,8 @@ constexpr double calmShare = 0.2;
 // truncated.
 constexpr double forgetting = 0.9;
 constexpr double leftUndone = 2;
+// m, of an error that is worth a jolt to be rid of.
+constexpr double worthAJolt = 0.01;
 constexpr int longestBackoff = 128;
 
 bool isSound(Guard guard, const SolveReport& report) {
@@ -117,8 +119,9 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         SolveReport one = advance(course, maxWork);
         if (!one.tooLong) {
             balance.close(problem_, course.h, one);
-            if (plan.mayRestart() && one.gainsEnergy()) {
-                // What sweeps left deep in each other, an exact solution may throw apart.
+            const bool isHeld = !problem_.joints.empty() && !problem_.contacts.empty();
+            if (plan.mayRestart() && one.gainsEnergy() && isHeld && state_.position < worthAJolt) {
+                // What sweeps left deep in each other, an exact solution may throw apart: dolls, for seconds.
                 one.tooLong = true;
                 one.truncated = true;
             }

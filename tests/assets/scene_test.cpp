@@ -50,6 +50,8 @@ void expectSame(const Shape& a, const Shape& b) {
     expectBits(a.material.friction, b.material.friction, "friction");
     expectBits(a.material.staticFriction, b.material.staticFriction, "staticFriction");
     expectBits(a.material.restitution, b.material.restitution, "restitution");
+    expectBits(a.material.rollingFriction, b.material.rollingFriction, "rollingFriction");
+    expectBits(a.material.spinningFriction, b.material.spinningFriction, "spinningFriction");
     expectBits(a.material.density, b.material.density, "density");
     if (a.hull) {
         ASSERT_EQ(a.hull->vertices.size(), b.hull->vertices.size());
@@ -305,7 +307,9 @@ Scene everyField(const std::string& solver = "gauss_seidel") {
         for (Shape& shape : *shapes) {
             shape.pose = {chance.vector(), chance.rotation()};
             const double friction = chance.number();
-            shape.material = {friction, friction + chance.number(), chance.number(), 1000 * chance.number()};
+            shape.material = {friction,        friction + chance.number(),
+                              chance.number(), 1000 * chance.number(),
+                              chance.number(), chance.number()};
         }
     }
     scene.add({.name = "still", .type = BodyType::Static, .shapes = still, .position = chance.vector()});
@@ -330,16 +334,16 @@ Scene everyField(const std::string& solver = "gauss_seidel") {
     const BodyId moved = scene.add({.name = "moved", .type = BodyType::Kinematic, .shapes = {sphere(0.5)}});
 
     const BodyId a = Scene::bodyAt(1);
-    scene.add("ball", BallDef{a, moved, chance.vector(), anySoftness(chance), true});
+    scene.add("ball", BallDef{a, moved, chance.vector(), anySoftness(chance), chance.number(), true});
     scene.add("hinge", HingeDef{a, plain, chance.vector(), chance.vector(), -chance.number(), chance.number(),
-                                chance.number(), chance.number(), anySoftness(chance), true});
+                                chance.number(), chance.number(), chance.number(), anySoftness(chance), true});
     scene.add("slider", SliderDef{moved, plain, chance.vector(), chance.vector(), -chance.number(), chance.number(),
                                   chance.number(), chance.number(), anySoftness(chance), true});
     scene.add("weld", WeldDef{a, Scene::bodyAt(0), chance.vector(), anySoftness(chance), true});
     scene.add("distance", DistanceDef{a, moved, chance.vector(), chance.vector(), chance.number(), 1 + chance.number(),
                                       anySoftness(chance), true});
     scene.add("cone", ConeTwistDef{a, moved, chance.vector(), chance.vector(), chance.number(), -chance.number(),
-                                   chance.number(), anySoftness(chance), true});
+                                   chance.number(), chance.number(), anySoftness(chance), true});
     scene.add("alignment", AxisAlignmentDef{a, moved, chance.vector(), anySoftness(chance), false});
     scene.add("linear motor",
               LinearMotorDef{a, moved, chance.vector(), chance.vector(), chance.number(), chance.number()});
