@@ -205,6 +205,31 @@ TEST(ErrorMeter, TellsKnownDisplacementAndPenetration) {
     EXPECT_EQ(meter.errors(), (std::vector<double>{meter.displacement(world), meter.penetration(world)}));
 }
 
+// Cairn, whose steps say how deep they left it.
+class Telling final : public ReferenceEngine {
+public:
+    explicit Telling(const Scene& scene) : world_(scene.world), ids_(populate(world_, scene).bodies) {}
+    void step(double dt) override { deepest = std::max(deepest, world_.step(dt).error.maxPenetration); }
+    Posed pose(std::size_t body) const override { return world_.pose(ids_[body]); }
+    Vec3d velocity(std::size_t body) const override { return world_.linearVelocity(ids_[body]); }
+    double deepest = 0;  // m, of the steps so far
+
+private:
+    World<double> world_;
+    std::vector<BodyId> ids_;
+};
+
+TEST(ErrorMeter, SeesEachStepsDepthAsTheStepTellsIt) {
+    for (const char* const name : {"struck_tower", "domino", "ragdoll", "simbench_666"}) {
+        Scene scene = makeScene(name);
+        scene.seconds = 1;
+        ErrorMeter meter(scene);
+        Telling world(scene);
+        const ReferenceRun run = runReference(world, scene, &meter);
+        EXPECT_NEAR(run.errors.back(), world.deepest, 1e-12) << name;
+    }
+}
+
 TEST(ErrorMeter, TellsKnownGaps) {
     const Scene scene = makeScene("chain", {{"links", 2}});
     const ErrorMeter meter(scene);
