@@ -363,5 +363,19 @@ TEST(ReferenceRun, IsCutWhereItTakesTooLong) {
     EXPECT_TRUE(run.errors.empty());
 }
 
+TEST(Comparison, EndsADialWhereItGetsNowhere) {
+    const Comparison result =
+        compare(makeScene("tower", {{"n", 2}}), {.repeats = 2, .maxSeconds = 1e-6, .only = {"cairn"}});
+    std::size_t settings = 0;
+    std::size_t dials = 0;
+    for (const Dial& dial : engines().front().dials) {
+        settings += dial.values.size();
+        ++dials;
+    }
+    EXPECT_EQ(result.runs.size(), dials);
+    EXPECT_EQ(result.notes.size(), settings - dials);
+    EXPECT_NE(result.notes.front().find("cairn, accuracy, mm 1: not run"), std::string::npos) << result.notes.front();
+}
+
 }  // namespace
 }  // namespace cairn
