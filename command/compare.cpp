@@ -113,14 +113,22 @@ Figure plotOf(const ComparedScene& compared) {
         Panel panel{.title = c.measures[m].words,
                     .x = {.label = "ms a step", .logarithmic = true},
                     .y = {.label = c.measures[m].words, .logarithmic = true, .min = 1e-10}};
+        std::vector<std::string> engines;  // a mark each
+        std::size_t dials = 0;             // of the present engine
         for (const Compared& run : c.runs) {
             if (run.run.truncated) {
                 continue;
             }
+            if (engines.empty() || engines.back() != run.engine) {
+                engines.push_back(run.engine);
+                dials = 0;
+            }
             const std::string label = run.engine + (run.dial.empty() ? "" : ", " + run.dial);
             if (panel.series.empty() || panel.series.back().label != label) {
-                panel.series.push_back(
-                    {.label = label, .kind = run.dial.empty() ? SeriesKind::Marks : SeriesKind::Line});
+                panel.series.push_back({.label = label,
+                                        .kind = run.dial.empty() ? SeriesKind::Marks : SeriesKind::Line,
+                                        .family = engines.size() - 1,
+                                        .member = dials++});
             }
             const double error = run.run.finite ? c.measures[m].scale * run.run.errors[m] : unlimited;
             panel.series.back().points.push_back({run.run.meanMs, error});

@@ -19,6 +19,7 @@ struct Turn {
     double value;
     std::optional<ReferenceRun> run = {};
     bool refused = false;
+    bool hopeless = false;
 };
 
 std::vector<Turn> turnsOf(const std::vector<Engine>& list, const ComparisonPlan& plan,
@@ -41,10 +42,21 @@ std::vector<Turn> turnsOf(const std::vector<Engine>& list, const ComparisonPlan&
     return turns;
 }
 
+std::string settingOf(const std::string& dial, double value) {
+    return dial.empty() ? "as it comes" : dial + " " + number(value);
+}
+
+// A dial goes from the cheapest: beyond a setting that got through less than a tenth of the scene, settings would take
+// minutes a step and end up on no front.
+bool isHopeless(const Turn& turn, const Turn& before, int steps) {
+    return before.dial == turn.dial &&
+           (before.hopeless || (before.run && before.run->truncated && 10 * before.run->steps < steps));
+}
+
 }  // namespace
 
 std::string Compared::setting() const {
-    return dial.empty() ? "as it comes" : dial + " " + number(value);
+    return settingOf(dial, value);
 }
 
 Comparison compare(const Scene& scene, const ComparisonPlan& plan) {
@@ -54,12 +66,20 @@ Comparison compare(const Scene& scene, const ComparisonPlan& plan) {
     Comparison result;
     result.measures = ErrorMeter(scene, known).measures();
     std::vector<Turn> turns = turnsOf(list, plan, result.notes);
+    const int steps = stepsOf(scene);
     int done = 0;
     for (int repeat = 0; repeat < plan.repeats; ++repeat) {
-        for (Turn& turn : turns) {
+        for (std::size_t i = 0; i < turns.size(); ++i) {
+            Turn& turn = turns[i];
             ++done;
+            if (repeat == 0 && i > 0 && isHopeless(turn, turns[i - 1], steps)) {
+                turn.hopeless = true;
+                result.notes.push_back(turn.engine->name + ", " + settingOf(turn.dial->name, turn.value) +
+                                       ": not run: with the setting before it less than a tenth of the scene came to "
+                                       "pass within the limit");
+            }
             // A run that was truncated has cost enough.
-            if (turn.refused || (turn.run && turn.run->truncated)) {
+            if (turn.refused || turn.hopeless || (turn.run && turn.run->truncated)) {
                 continue;
             }
             try {
@@ -166,7 +186,15 @@ const std::vector<StandardCase>& standardCases() {
         {"roll", {}, 3},
         {"bounce", {}, 4},
         {"spin", {}, 10},
+        {"struck_tower", {}, 3},
+        {"wall", {{"ball", 25}}, 2},
+        {"domino", {}, 4},
+        {"ragdoll", {}, 3},
+        {"ragdoll_pile", {}, 4},
+        {"rain", {}, 3},
         {"pile", {}, 2.5},
+        {"net", {}, 3},
+        {"joint_grid", {{"held", 7}}, 3},
         {"simbench_rolling", {}, 1},
         {"simbench_bouncing", {}, 10},
         {"simbench_666", {}, 2},

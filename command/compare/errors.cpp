@@ -104,16 +104,14 @@ void ErrorMeter::listMeasures() {
 }
 
 void ErrorMeter::look(const ReferenceEngine& reference, int steps) {
-    constexpr int penetrationEvery = 10;  // steps: measuring it costs as much as a step
     const double seconds = steps * scene_.dt;
     displacement_ = std::max(displacement_, displacement(reference));
     jointGap_ = std::max(jointGap_, jointGap(reference));
     offForm_ = std::max(offForm_, offForm(reference, seconds));
-    const bool everyStep = known_.simBenchmark == SimBenchmark::Balls666;
-    if (everyStep || steps % penetrationEvery == 0) {
+    if (touches_) {
         const Depths now = depths(reference);
         penetration_ = std::max(penetration_, now.deepest);
-        simBenchmark_ += everyStep ? now.sumOfSquares : 0;
+        simBenchmark_ += known_.simBenchmark == SimBenchmark::Balls666 ? now.sumOfSquares : 0;
     }
     simBenchmark_ += speedError(reference, seconds);
     ++steps_;
@@ -198,11 +196,11 @@ ErrorMeter::Depths ErrorMeter::depths(const ReferenceEngine& reference) {
         PairCache cache;
         manifolds.clear();
         collide(scene_.bodies[pair.a].shapes, scene_.bodies[pair.b].shapes, relativePose(poses[pair.a], poses[pair.b]),
-                0, cache, manifolds, counts);
+                scene_.world.contactMargin, cache, manifolds, counts);
         for (const Manifold& manifold : manifolds) {
             for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.count); ++k) {
                 const double depth = std::max(0.0, -manifold.points[k].separation);
-                depths.deepest = std::max(depths.deepest, depth);
+                depths.deepest = std::max(depths.deepest, manifold.deeper - manifold.points[k].separation);
                 depths.sumOfSquares += depth * depth;
             }
         }

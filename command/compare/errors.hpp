@@ -31,7 +31,8 @@ public:
 
     // m: the farthest that a dynamic body's frame is from where the scene put it.
     double displacement(const ReferenceEngine& reference) const;
-    // m: the deepest contact point of any two bodies that may collide, by Cairn's narrow phase.
+    // m: the deepest point of any two bodies that may collide, by Cairn's narrow phase, which remembers nothing here
+    // and looks as far as a world does, so that of the same poses it is StepError::maxPenetration.
     double penetration(const ReferenceEngine& reference);
     // m: the farthest apart that a joint's two anchors are (across its line for a slider; beyond its bounds for a
     // distance).

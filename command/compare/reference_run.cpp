@@ -29,8 +29,12 @@ double clockMs() {
 
 }  // namespace
 
+int stepsOf(const Scene& scene) {
+    return std::max(1, static_cast<int>(std::lround(scene.seconds / scene.dt)));
+}
+
 ReferenceRun runReference(ReferenceEngine& reference, const Scene& scene, ErrorMeter* meter, double maxSeconds) {
-    const int steps = std::max(1, static_cast<int>(std::lround(scene.seconds / scene.dt)));
+    const int steps = stepsOf(scene);
     ReferenceRun run;
     std::vector<double> ms;
     double total = 0;

@@ -14,6 +14,8 @@ struct ReferenceRun {
     bool truncated = false;      // stopped before the scene's end
 };
 
+int stepsOf(const Scene& scene);  // of scene.dt, to the end of scene.seconds
+
 // To the end of scene.seconds in steps of scene.dt, or until its steps have taken `maxSeconds` of processor time.
 // `meter`: a fresh one; none: only the cost is measured.
 ReferenceRun runReference(ReferenceEngine& reference, const Scene& scene, ErrorMeter* meter,

@@ -156,7 +156,7 @@ Known knownOf(const Scene& scene) {
     } else if (name == "simbench_666") {
         known.simBenchmark = SimBenchmark::Balls666;
     }
-    for (const char* const still : {"tower", "heavy", "pyramid", "card_house", "arch"}) {
+    for (const char* const still : {"tower", "heavy", "pyramid", "card_house", "arch", "joint_grid"}) {
         known.rests = known.rests || name == still;
     }
     return known;

@@ -18,7 +18,9 @@ constexpr double marginLeft = 74;
 constexpr double marginRight = 18;
 constexpr double marginTop = 30;
 constexpr double marginBottom = 52;
-constexpr double legendWidth = 230;
+constexpr double legendMinWidth = 230;
+constexpr double legendText = 33;  // where a label begins, from the legend's left
+constexpr double letterWidth = 7;  // of a label, at most on average
 
 std::string number(double x) {
     char text[32];
@@ -86,11 +88,31 @@ std::string line(double x1, double y1, double x2, double y2, const char* colour,
 // What tells a series from the others.
 struct Look {
     const char* colour;
-    int mark;
+    std::size_t mark;
 };
 
-Look lookOf(std::size_t label) {
-    return {colours[label % colours.size()], static_cast<int>(label % 5)};
+// A label, and what the series under it look like in every panel.
+struct LegendEntry {
+    std::string label;
+    SeriesKind kind;
+    Look look;
+    bool marked;  // a mark at each point
+};
+
+std::vector<LegendEntry> legendOf(const Figure& figure) {
+    std::vector<LegendEntry> entries;
+    for (const Panel& panel : figure.panels) {
+        for (const Series& series : panel.series) {
+            const bool known = std::any_of(entries.begin(), entries.end(),
+                                           [&](const LegendEntry& entry) { return entry.label == series.label; });
+            if (!known) {
+                const std::size_t colour = series.family ? series.member : entries.size();
+                const Look look{colours[colour % colours.size()], series.family.value_or(entries.size()) % 5};
+                entries.push_back({series.label, series.kind, look, series.family || series.kind == SeriesKind::Marks});
+            }
+        }
+    }
+    return entries;
 }
 
 std::string mark(double x, double y, const Look& look, double r) {
@@ -189,7 +211,30 @@ private:
     double high_ = 1;
 };
 
-std::string draw(const Panel& panel, const std::vector<std::string>& labels, double left, double top, double width,
+std::string draw(const Series& series, const LegendEntry& entry, const Scale& x, const Scale& y) {
+    const bool alone = series.kind == SeriesKind::Marks;
+    std::string marks;
+    std::string joined;
+    // Of a line's points in a row beyond the panel, the first alone is drawn, at the edge.
+    bool beyond = false;
+    for (const auto& point : series.points) {
+        const bool inside = y.shows(point[1]) && x.shows(point[0]);
+        if (alone || inside || !beyond) {
+            joined += number(x.at(point[0])) + "," + number(y.at(point[1])) + " ";
+            marks += mark(x.at(point[0]), y.at(point[1]), entry.look, alone ? 5.5 : 4);
+        }
+        beyond = !inside;
+    }
+    std::string out;
+    if (!alone) {
+        out = "<polyline fill=\"none\" stroke-width=\"2\" stroke-linejoin=\"round\" stroke=\"" +
+              std::string(entry.look.colour) + "\"" +
+              (series.kind == SeriesKind::Dashed ? " stroke-dasharray=\"5 4\"" : "") + " points=\"" + joined + "\"/>\n";
+    }
+    return entry.marked ? out + marks : out;
+}
+
+std::string draw(const Panel& panel, const std::vector<LegendEntry>& legend, double left, double top, double width,
                  double height) {
     std::vector<double> xs;
     std::vector<double> ys;
@@ -228,27 +273,29 @@ std::string draw(const Panel& panel, const std::vector<std::string>& labels, dou
     out += words(left + width / 2, top + height + 36, panel.x.label, {.anchor = "middle"});
     out += words(left - 54, top + height / 2, panel.y.label, {.anchor = "middle", .upwards = true});
     for (const Series& series : panel.series) {
-        const auto place = std::find(labels.begin(), labels.end(), series.label) - labels.begin();
-        const Look look = lookOf(static_cast<std::size_t>(place));
-        if (series.kind == SeriesKind::Marks) {
-            for (const auto& point : series.points) {
-                out += mark(x.at(point[0]), y.at(point[1]), look, 5.5);
-            }
-            continue;
+        const auto entry = std::find_if(legend.begin(), legend.end(),
+                                        [&](const LegendEntry& one) { return one.label == series.label; });
+        out += draw(series, *entry, x, y);
+    }
+    return out;
+}
+
+std::string drawLegend(const std::vector<LegendEntry>& legend, std::size_t columns, double left, double top) {
+    std::string out;
+    for (std::size_t k = 0; k < legend.size(); ++k) {
+        const LegendEntry& entry = legend[k];
+        const std::size_t row = k / columns;
+        const double x = left + 150 * static_cast<double>(k % columns);
+        const double y = top + 10 + 20 * static_cast<double>(row);
+        if (entry.kind != SeriesKind::Marks) {
+            out += "<line x1=\"" + number(x) + "\" y1=\"" + number(y) + "\" x2=\"" + number(x + 26) + "\" y2=\"" +
+                   number(y) + "\" stroke-width=\"2.5\" stroke=\"" + entry.look.colour + "\"" +
+                   (entry.kind == SeriesKind::Dashed ? " stroke-dasharray=\"5 4\"" : "") + "/>\n";
         }
-        out += "<polyline fill=\"none\" stroke-width=\"2\" stroke-linejoin=\"round\" stroke=\"" +
-               std::string(look.colour) + "\"" +
-               (series.kind == SeriesKind::Dashed ? " stroke-dasharray=\"5 4\"" : "") + " points=\"";
-        // Of points in a row beyond the panel, the first alone is drawn, at the edge.
-        bool beyond = false;
-        for (const auto& point : series.points) {
-            const bool inside = y.shows(point[1]) && x.shows(point[0]);
-            if (inside || !beyond) {
-                out += number(x.at(point[0])) + "," + number(y.at(point[1])) + " ";
-            }
-            beyond = !inside;
+        if (entry.marked) {
+            out += mark(x + 13, y, entry.look, 5.5);
         }
-        out += "\"/>\n";
+        out += words(x + legendText, y + 4, entry.label, {});
     }
     return out;
 }
@@ -256,28 +303,24 @@ std::string draw(const Panel& panel, const std::vector<std::string>& labels, dou
 }  // namespace
 
 std::string svg(const Figure& figure) {
-    const int columns = figure.narrow ? 1 : std::max(1, figure.columns);
-    const int rows = (static_cast<int>(figure.panels.size()) + columns - 1) / columns;
-    const bool single = figure.panels.size() == 1;
+    const int panels = static_cast<int>(figure.panels.size());
+    const int columns = figure.narrow ? 1 : std::max(1, std::min(figure.columns, panels));
+    const int rows = (panels + columns - 1) / columns;
+    const bool single = panels == 1;
     const double panelWidth = figure.narrow ? 300 : (single ? 560 : 340);
     const double panelHeight = figure.narrow ? 260 : (single ? 380 : 230);
     const double head = figure.narrow && figure.title.empty() ? 0 : titleHeight;
     const double cellWidth = marginLeft + panelWidth + marginRight;
     const double cellHeight = marginTop + panelHeight + marginBottom;
 
-    std::vector<std::string> labels;
-    std::vector<SeriesKind> kinds;
-    for (const Panel& panel : figure.panels) {
-        for (const Series& series : panel.series) {
-            if (std::find(labels.begin(), labels.end(), series.label) == labels.end()) {
-                labels.push_back(series.label);
-                kinds.push_back(series.kind);
-            }
-        }
+    const std::vector<LegendEntry> legend = legendOf(figure);
+    double legendWidth = legendMinWidth;
+    for (const LegendEntry& entry : legend) {
+        legendWidth = std::max(legendWidth, legendText + letterWidth * static_cast<double>(entry.label.size()));
     }
     const double panelsEnd = head + rows * cellHeight;
     const std::size_t legendColumns = figure.narrow ? 2 : 1;
-    const double legendHeight = 20 * std::ceil(static_cast<double>(labels.size()) / static_cast<double>(legendColumns));
+    const double legendHeight = 20 * std::ceil(static_cast<double>(legend.size()) / static_cast<double>(legendColumns));
     const double width = columns * cellWidth + (figure.narrow ? 0 : legendWidth);
     const double height = figure.narrow ? panelsEnd + legendHeight + 12
                                         : std::max(panelsEnd, head + marginTop + legendHeight + marginBottom);
@@ -290,25 +333,11 @@ std::string svg(const Figure& figure) {
     for (std::size_t k = 0; k < figure.panels.size(); ++k) {
         const int column = static_cast<int>(k) % columns;
         const int row = static_cast<int>(k) / columns;
-        out += draw(figure.panels[k], labels, column * cellWidth + marginLeft, head + row * cellHeight + marginTop,
+        out += draw(figure.panels[k], legend, column * cellWidth + marginLeft, head + row * cellHeight + marginTop,
                     panelWidth, panelHeight);
     }
-    const double legendLeft = figure.narrow ? marginLeft : columns * cellWidth + 6;
-    const double legendTop = figure.narrow ? panelsEnd : head + marginTop;
-    for (std::size_t k = 0; k < labels.size(); ++k) {
-        const std::size_t row = k / legendColumns;
-        const double left = legendLeft + 150 * static_cast<double>(k % legendColumns);
-        const double y = legendTop + 10 + 20 * static_cast<double>(row);
-        const Look look = lookOf(k);
-        if (kinds[k] == SeriesKind::Marks) {
-            out += mark(left + 13, y, look, 5.5);
-        } else {
-            out += "<line x1=\"" + number(left) + "\" y1=\"" + number(y) + "\" x2=\"" + number(left + 26) + "\" y2=\"" +
-                   number(y) + "\" stroke-width=\"2.5\" stroke=\"" + look.colour + "\"" +
-                   (kinds[k] == SeriesKind::Dashed ? " stroke-dasharray=\"5 4\"" : "") + "/>\n";
-        }
-        out += words(left + 33, y + 4, labels[k], {});
-    }
+    out += drawLegend(legend, legendColumns, figure.narrow ? marginLeft : columns * cellWidth + 6,
+                      figure.narrow ? panelsEnd : head + marginTop);
     return out + "</svg>\n";
 }
 

@@ -18,6 +18,10 @@ struct Series {
     std::string label = {};
     std::vector<std::array<double, 2>> points = {};
     SeriesKind kind = SeriesKind::Line;
+    // Families of series: members share a mark, which lines then carry at their points, and are told apart by the place
+    // of the colour. Left out: both by the label, and lines carry none.
+    std::optional<std::size_t> family = {};
+    std::size_t member = 0;
 };
 
 // Values beyond [least, most], and those that are not finite, are drawn at the edge, where a line ends; least and
@@ -40,7 +44,7 @@ struct Figure {
     std::string title = {};
     std::string note = {};  // a line under the title
     std::vector<Panel> panels = {};
-    int columns = 1;
+    int columns = 1;      // at most
     bool narrow = false;  // as wide as a phone, panels one below the other, the legend under them
 };
 

@@ -17,9 +17,12 @@ BuiltinScene dominoScene();
 BuiltinScene archScene();
 BuiltinScene heavyScene();
 BuiltinScene chainScene();
+BuiltinScene netScene();
+BuiltinScene jointGridScene();
 BuiltinScene bridgeScene();
 BuiltinScene ragdollScene();
 BuiltinScene ragdollPileScene();
+BuiltinScene rainScene();
 BuiltinScene pileScene();
 BuiltinScene topsScene();
 BuiltinScene slopeScene();
@@ -86,9 +89,12 @@ const std::vector<BuiltinScene>& builtinScenes() {
         archScene(),
         heavyScene(),
         chainScene(),
+        netScene(),
+        jointGridScene(),
         bridgeScene(),
         ragdollScene(),
         ragdollPileScene(),
+        rainScene(),
         pileScene(),
         topsScene(),
         slopeScene(),

@@ -325,6 +325,42 @@ TEST(Chain, JointsAreAtTheLinksEnds) {
     EXPECT_FALSE(mayCollide(scene.bodies[3], scene.bodies[7]));
 }
 
+// Balls halfway between neighbours, none between two knots that are held.
+void expectTiedHalfway(const Scene& scene, std::size_t joints) {
+    EXPECT_EQ(scene.joints.size(), joints);
+    for (const SceneJoint& joint : scene.joints) {
+        const auto& ball = std::get<BallDef>(joint.def);
+        const BodyDef& a = scene.bodies[ball.a.index];
+        const BodyDef& b = scene.bodies[ball.b.index];
+        EXPECT_LT((ball.anchor - 0.5 * (a.position + b.position)).norm(), 1e-12) << joint.name;
+        EXPECT_TRUE(a.type == BodyType::Dynamic || b.type == BodyType::Dynamic) << joint.name;
+        EXPECT_FALSE(mayCollide(a, b)) << joint.name;
+    }
+}
+
+TEST(Net, IsTiedToAllNeighbours) {
+    const Scene scene = makeScene("net", {{"side", 6}});
+    ASSERT_EQ(scene.bodies.size(), 36u);
+    expectTiedHalfway(scene, 60);
+    EXPECT_NEAR((scene.bodies[1].position - scene.bodies[0].position).norm(), 0.5, 1e-12);
+    expectTiedHalfway(makeScene("net", {{"side", 2}}), 3);
+}
+
+TEST(JointGrid, IsHeldInTheMiddleOfItsEdge) {
+    const Scene scene = makeScene("joint_grid", {{"n", 9}, {"held", 3}});
+    expectTiedHalfway(scene, 2 * 9 * 8 - 2);
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        EXPECT_EQ(scene.bodies[i].type == BodyType::Static, i >= 3 && i <= 5) << i;
+    }
+    expectTiedHalfway(makeScene("joint_grid", {{"n", 9}}), 2 * 9 * 8 - 8);
+}
+
+TEST(Rain, FallsInGroups) {
+    const Scene scene = makeScene("rain", {{"side", 2}, {"height", 4}});
+    EXPECT_EQ(scene.joints.size(), 2u * 2 * 3 * 15);
+    EXPECT_NEAR(bodyNamed(scene, "doll 3 head").position.y() - bodyNamed(scene, "doll 0 head").position.y(), 3, 0.2);
+}
+
 TEST(Bridge, HingesAreAPlankApart) {
     const Scene scene = makeScene("bridge");
     ASSERT_EQ(scene.joints.size(), 21u);

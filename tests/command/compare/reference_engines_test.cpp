@@ -205,6 +205,31 @@ TEST(ErrorMeter, TellsKnownDisplacementAndPenetration) {
     EXPECT_EQ(meter.errors(), (std::vector<double>{meter.displacement(world), meter.penetration(world)}));
 }
 
+// Cairn, whose steps say how deep they left it.
+class Telling final : public ReferenceEngine {
+public:
+    explicit Telling(const Scene& scene) : world_(scene.world), ids_(populate(world_, scene).bodies) {}
+    void step(double dt) override { deepest = std::max(deepest, world_.step(dt).error.maxPenetration); }
+    Posed pose(std::size_t body) const override { return world_.pose(ids_[body]); }
+    Vec3d velocity(std::size_t body) const override { return world_.linearVelocity(ids_[body]); }
+    double deepest = 0;  // m, of the steps so far
+
+private:
+    World<double> world_;
+    std::vector<BodyId> ids_;
+};
+
+TEST(ErrorMeter, SeesEachStepsDepthAsTheStepTellsIt) {
+    for (const char* const name : {"struck_tower", "domino", "ragdoll", "simbench_666"}) {
+        Scene scene = makeScene(name);
+        scene.seconds = 1;
+        ErrorMeter meter(scene);
+        Telling world(scene);
+        const ReferenceRun run = runReference(world, scene, &meter);
+        EXPECT_NEAR(run.errors.back(), world.deepest, 1e-12) << name;
+    }
+}
+
 TEST(ErrorMeter, TellsKnownGaps) {
     const Scene scene = makeScene("chain", {{"links", 2}});
     const ErrorMeter meter(scene);
@@ -336,6 +361,20 @@ TEST(ReferenceRun, IsCutWhereItTakesTooLong) {
     EXPECT_EQ(run.steps, 1);
     EXPECT_GT(run.meanMs, 0);
     EXPECT_TRUE(run.errors.empty());
+}
+
+TEST(Comparison, EndsADialWhereItGetsNowhere) {
+    const Comparison result =
+        compare(makeScene("tower", {{"n", 2}}), {.repeats = 2, .maxSeconds = 1e-6, .only = {"cairn"}});
+    std::size_t settings = 0;
+    std::size_t dials = 0;
+    for (const Dial& dial : engines().front().dials) {
+        settings += dial.values.size();
+        ++dials;
+    }
+    EXPECT_EQ(result.runs.size(), dials);
+    EXPECT_EQ(result.notes.size(), settings - dials);
+    EXPECT_NE(result.notes.front().find("cairn, accuracy, mm 1: not run"), std::string::npos) << result.notes.front();
 }
 
 }  // namespace

@@ -77,5 +77,40 @@ TEST(FigureTest, WhatIsBeyondTheAxisIsAtItsEdge) {
     EXPECT_EQ(points[2][1], points[0][1]);
 }
 
+std::size_t countOf(const std::string& text, const std::string& word) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+        ++count;
+    }
+    return count;
+}
+
+TEST(FigureTest, AFamilyHasOneMarkAndItsMembersColours) {
+    Figure figure = figureOf({}, {}, {});
+    figure.panels[0].series = {{.label = "first", .points = {{1, 1}, {2, 2}, {3, 3}}, .family = 0, .member = 0},
+                               {.label = "second", .points = {{1, 2}}, .kind = SeriesKind::Marks, .family = 1}};
+    const std::string text = svg(figure);
+    expectWellFormed(text);
+    EXPECT_EQ(countOf(text, "<circle"), 3u + 1) << "of the points, and of the legend";
+    EXPECT_EQ(countOf(text, "<polygon"), 1u + 1);
+    EXPECT_EQ(countOf(text, "<polygon") + countOf(text, "<circle"), countOf(text, "stroke=\"white\""));
+}
+
+TEST(FigureTest, LabelsFitBesideThePanels) {
+    const auto widthOf = [](const std::string& label, int columns) {
+        Figure figure = figureOf({}, {}, {{1, 1}});
+        figure.columns = columns;
+        figure.panels[0].series[0].label = label;
+        std::smatch found;
+        const std::string text = svg(figure);
+        EXPECT_TRUE(std::regex_search(text, found, std::regex("<svg[^>]* width=\"([0-9.]+)\"")));
+        return std::stod(found[1]);
+    };
+    // 12 px Helvetica and its like take 6.7 px a letter on average.
+    const std::string label(60, 'n');
+    EXPECT_GT(widthOf(label, 1) - widthOf("n", 1), 6.7 * 60 + 33 - 230);
+    EXPECT_EQ(widthOf("n", 3), widthOf("n", 1)) << "no room for panels that are not there";
+}
+
 }  // namespace
 }  // namespace cairn
