@@ -13,7 +13,8 @@ Scene makeNet(const SceneParameters& parameters) {
     const double extent = spacing * side;  // m
     const double height = 1.5 * extent + 1;
     const auto place = [&](int i) {
-        return Vec3d(spacing * (i % side - 0.5 * (side - 1)), height, spacing * (i / side));
+        const int row = i / side;
+        return Vec3d(spacing * (i % side - 0.5 * (side - 1)), height, spacing * row);
     };
     const auto isHung = [&](int i) { return i == 0 || i == side - 1; };
     Scene scene;

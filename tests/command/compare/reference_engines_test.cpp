@@ -368,7 +368,8 @@ TEST(Comparison, EndsADialWhereItGetsNowhere) {
         compare(makeScene("tower", {{"n", 2}}), {.repeats = 2, .maxSeconds = 1e-6, .only = {"cairn"}});
     std::size_t settings = 0;
     std::size_t dials = 0;
-    for (const Dial& dial : engines().front().dials) {
+    const std::vector<Engine> list = engines();
+    for (const Dial& dial : list.front().dials) {
         settings += dial.values.size();
         ++dials;
     }
