@@ -8,7 +8,7 @@ namespace {
 
 constexpr double stature = 1.75;   // m
 constexpr double bodyMass = 75;    // kg
-constexpr double stiffness = 0.3;  // N m: joints without friction would swing for minutes
+constexpr double stiffness = 0.4;  // N m: joints without friction would swing for minutes
 constexpr double sole = 0;         // heights, of stature
 constexpr double ankle = 0.039;
 constexpr double knee = 0.285;

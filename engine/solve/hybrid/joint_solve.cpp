@@ -22,6 +22,12 @@ bool isBounded(const RowTerms<S>& t) {
     return t.lo > -infinity<S>() || t.hi < infinity<S>();
 }
 
+// Friction of a joint: within its bounds it says what the others do, and to and fro beyond them; sweeps are enough.
+template <class S>
+bool isFriction(const Row<S>& row) {
+    return row.isVelocity && row.velocity == S(0) && row.hi < infinity<S>();
+}
+
 }  // namespace
 
 template <class S>
@@ -35,11 +41,14 @@ bool JointSolve<S>::begin(const Problem<S>& problem, double maxWork) {
     const auto node = [&](int body) { return problem.bodies[at(body)].fixed ? -1 : body; };
     for (std::size_t k = 0; k < blocks; ++k) {
         const RowBlock<S>& block = problem.blocks[k];
-        if (block.bodyCount() > 2 || at(block.count) > JointFactor::maxRows) {
+        counts_[k] = 0;
+        for (int r = block.first; r < block.first + block.count; ++r) {
+            counts_[k] += isFriction(problem.rows[at(r)]) ? 0 : 1;
+        }
+        if (block.bodyCount() > 2 || at(counts_[k]) > JointFactor::maxRows) {
             return false;
         }
         graph_[k] = {node(block.a), node(block.b)};
-        counts_[k] = block.count;
         active_[k].clear();
     }
     right_.resize(problem.rows.size());
@@ -61,6 +70,12 @@ bool JointSolve<S>::chooseActive(const Problem<S>& problem, RowSweeps<S>& rows) 
             if (isBounded(t)) {
                 const S error = rows.rowVelocity(problem.rows[i], block) + t.bias + t.softness * rows.p[i];
                 const S next = rows.p[i] - error / (t.delassus + t.softness);
+                if (isFriction(problem.rows[i])) {
+                    const S held = std::clamp(next, t.lo, t.hi);
+                    rows.push(problem, i, block, held - rows.p[i]);
+                    rows.p[i] = held;
+                    continue;
+                }
                 if (!(next > t.lo && next < t.hi)) {
                     const S bound = next > t.lo ? t.hi : t.lo;
                     rows.push(problem, i, block, bound - rows.p[i]);
