@@ -54,10 +54,11 @@ TEST(Check, WhatStandsByItselfRaisesNoAlarm) {
 
 TEST(Check, WhatBouncesIsNamed) {
     const auto json = check("bounce", {{"balls", 3}});
-    // Restitution 0, .5 and 1; the floor takes what the ball has.
-    ASSERT_EQ(json.at("bounces").size(), 2u) << json.dump(1);
-    EXPECT_EQ(json.at("bounces").at(0).at("restitution"), 0.5);
-    EXPECT_EQ(json.at("bounces").at(1).at("restitution"), 1.0);
+    // Restitution 0, .5 and 1, of each ball and the tile below it.
+    ASSERT_EQ(json.at("bounces").size(), 4u) << json.dump(1);
+    EXPECT_EQ(json.at("bounces").at(1).at("body"), "ball 1");
+    EXPECT_EQ(json.at("bounces").at(1).at("restitution"), 0.5);
+    EXPECT_EQ(json.at("bounces").at(3).at("restitution"), 1.0);
     EXPECT_TRUE(check("tower", {}).at("bounces").empty());
 }
 
