@@ -210,9 +210,7 @@ TEST_P(StepTruth, MomentumIsWhatTheImpulsesSay) {
             std::printf("    %-14s %-14s %10.3g N s unexplained, %10.3g beyond the residuals, of %.3g\n",
                         GetParam().c_str(), solver.name, momentum.whole, momentum.worst, momentum.scale);
         }
-        // Where its iteration is stopped, avbd tells up to 5.2e-3 N s that it did not give: the dolls of `rain` alone.
-        const double told = GetParam() == "rain" && solver.name == std::string("avbd") ? 0.011 : 0;
-        EXPECT_LE(momentum.worst, told + 1e-9 * std::max(1.0, momentum.scale)) << solver.name << ", N s";
+        EXPECT_LE(momentum.worst, 1e-9 * std::max(1.0, momentum.scale)) << solver.name << ", N s";
     }
 }
 

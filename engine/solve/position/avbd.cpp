@@ -75,6 +75,7 @@ private:
         S first = 0;           // J, twice the kinetic energy of a change
         S least = infinity<S>();
         std::vector<Vec6<S>> best;
+        std::vector<S> bestP;
         std::vector<Vec6<S>> before;
         for (int k = 0; k < iterations_; ++k) {
             before = system.v;
@@ -85,17 +86,19 @@ private:
                 change += problem.bodies[i].fixed ? S(0) : step.dot(problem.bodies[i].applyMass(step));
             }
             first = k == 0 ? change : first;
-            if (change < least) {
-                least = change;
-                best = system.v;
-            }
             if (!(change <= away * first) && !best.empty()) {
                 system.v = best;
                 descent.follow();
                 descent.respond();
+                system.p = bestP;
                 return;
             }
             descent.moveCentres();
+            if (change < least) {
+                least = change;
+                best = system.v;
+                bestP = system.p;
+            }
         }
     }
 

@@ -333,11 +333,12 @@ void velocityPass(Problem<S>& problem, RowSystem<S>& system) {
 // Post-stabilisation: moves the poses, without touching velocities or lambda, to where hard rows are obeyed, by
 // non-linear Gauss-Seidel on positions. Errors go no faster than pushOut (m/s), and of the depth of a contact a share:
 // all of it, corner after corner, tips a light box under a heavy one a little further in each sub-step, until what it
-// bears rocks and falls. Rows of `problem` are left at the poses where each was last visited. Gives
-// how many rows were.
+// bears rocks and falls. Rows of `problem` are left as they were: along them lambda was given. Gives how many were
+// visited.
 template <class S>
 std::size_t stabilise(Problem<S>& problem, S h, S pushOut, int sweeps) {
     std::size_t visits = 0;
+    const std::vector<Row<S>> given = problem.rows;
     std::vector<S> moved(problem.rows.size(), S(0));  // impulse-like: mass times displacement
     std::vector<S> target(problem.rows.size());
     for (int sweep = 0; sweep < sweeps; ++sweep) {
@@ -387,6 +388,7 @@ std::size_t stabilise(Problem<S>& problem, S h, S pushOut, int sweeps) {
             });
         }
     }
+    problem.rows = given;
     return visits;
 }
 
