@@ -111,6 +111,30 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
 }
 
 template <class S>
+void Balance<S>::takeBack(Problem<S>& problem, SolveReport& report) {
+    const S left = std::max(S(0), kineticEnergy_ - static_cast<S>(report.energyGained));
+    if (!(kineticEnergy_ > S(0)) || !std::isfinite(kineticEnergy_)) {
+        return;
+    }
+    const S ratio = std::sqrt(left / kineticEnergy_);
+    S squared = 0;
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        SolverBody<S>& body = problem.bodies[i];
+        if (body.fixed) {
+            continue;
+        }
+        const S taken = (S(1) - ratio) * (S(1) - ratio) * momentum_[i].dot(body.applyInverseMass(momentum_[i]));
+        body.v *= ratio;
+        body.gyroMomentum *= ratio;
+        momentum_[i] *= ratio;
+        body.momentumResidual += std::sqrt(taken);
+        squared += taken;
+    }
+    kineticEnergy_ = left;
+    report.residualMomentum += static_cast<double>(std::sqrt(squared));
+}
+
+template <class S>
 void Balance<S>::addBodies(const Problem<S>& problem, S h, Sums& out) {
     out += problem.sum(problem.bodies.size(), Sums{}, [&](std::size_t begin, std::size_t end) {
         Sums sums;

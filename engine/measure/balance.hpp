@@ -18,6 +18,10 @@ public:
     // the residual of its equation of motion: |M (v - v*) - J^T p| in the norm of M^-1, sqrt(J). It is drawn in every
     // sub-step; of solvers that balance by construction in the first and the last one.
     void close(Problem<S>& problem, S h, SolveReport& report);
+    // After close(), of a sub-step that nothing shorter can mend: takes the energy that it made out of the bodies'
+    // speeds, all in one ratio, so that what goes wrong goes on as slowly as it came. What was found stays in the
+    // report, and what is taken is added to the bodies' residuals.
+    void takeBack(Problem<S>& problem, SolveReport& report);
 
 private:
     // Of one sub-step.

@@ -106,13 +106,16 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     }
     if (!plan.sweeps()) {
         plan.substeps = direct_->plan(problem, state, dt).substeps;
+        plan.guard = moves && !problem.joints.empty() ? Guard::Energy : Guard::None;
         return plan;
     }
     plan.maxWork = infinity<double>();
     plan.mayBeRefused = false;
     const Sweeper by = sweeper(problem, plan);
     const double affordable = problem.limits.maxWork / std::max(1.0, by.visits * rows);
-    const int wanted = by.solver.plan(problem, state, dt).substeps;
+    const StepPlan swept = by.solver.plan(problem, state, dt);
+    const int wanted = swept.substeps;
+    plan.guard = swept.guard;
     plan.substeps = affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
     return plan;
 }

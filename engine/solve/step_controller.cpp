@@ -129,7 +129,11 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         const bool goesOn = learn(one);
         one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
-            if (!start || halvings == maxHalvings || isSound(plan.guard, one)) {
+            const bool sound = !start || isSound(plan.guard, one);
+            if (!sound && halvings == maxHalvings) {
+                balance.takeBack(problem_, one);
+            }
+            if (sound || halvings == maxHalvings) {
                 course.take(one);
                 continue;
             }

@@ -32,6 +32,12 @@ class Hybrid final : public ImpulseSolver<S> {
 public:
     explicit Hybrid(const SolverSettings& settings) : ImpulseSolver<S>(stiff(settings), ContactForm::Compact, 4, 4) {}
 
+    StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
+        StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
+        plan.guard = problem.joints.empty() ? Guard::None : Guard::Energy;
+        return plan;
+    }
+
 private:
     static SolverSettings stiff(SolverSettings settings) {
         settings.def.geometricStiffness = true;

@@ -122,6 +122,14 @@ bool isActiveSetChanging(const Problem<S>& problem) {
     return !problem.contacts.empty() && fastestSpeed(problem) > static_cast<S>(Tuning::movingSpeed);
 }
 
+// Contacts are looked for before bodies meet: what only passes by must not cost a chain the solution of joints alone.
+template <class S>
+bool touchesNothing(const Problem<S>& problem) {
+    return std::none_of(problem.points.begin(), problem.points.end(), [](const ProblemPoint<S>& point) {
+        return point.separation <= S(0) || point.normalForce > S(0);
+    });
+}
+
 // Whether no jointed body turns so far within the sub-step that its rows point elsewhere afterwards.
 template <class S>
 bool turnsLittle(const Problem<S>& problem, const ContactNewton<double>& newton, double h) {
@@ -363,11 +371,13 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     resolveImpacts(problem, settings_, h);
     report.rows = static_cast<int>(problem.rows.size());
     DirectMemory<S>& memory = memoryOf(problem);
-    const bool jointsAlone =
+    const bool mayBeAlone =
+        touchesNothing(problem) &&
         memory.joints.prepare(problem, Tuning::maxJointWork * static_cast<double>(problem.bodies.size()));
-    if (jointsAlone && solveJoints(problem, h, report)) {
+    if (mayBeAlone && solveJoints(problem, h, report)) {
         return report;
     }
+    const bool jointsAlone = mayBeAlone && problem.contacts.empty();
     const Problem<double>& wide = widen(problem, memory);
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
@@ -429,11 +439,14 @@ bool Direct<S>::solveJoints(Problem<S>& problem, S h, SolveReport& report) const
     options.gentle = Tuning::smallError;
     options.warmStart = settings_.def.warmStart;
     const bool answered = joints.solve(problem, h, options, report);
+    if (answered && !problem.points.empty() && joints.meetsContacts(problem, h)) {
+        return false;
+    }
     const double turn = problem.limits.mayRefuse ? Tuning::maxTurn : Tuning::maxWildTurn;
-    const double maxShare = joints.isImplicit() ? Tuning::maxImplicitWork : Tuning::maxExplicitWork;
-    const bool accepted = answered && static_cast<double>(h) * joints.fastestSpin() <= turn &&
-                          (problem.limits.mayRefuse ? std::abs(joints.energyShare()) <= maxShare
-                                                    : joints.energyShare() <= Tuning::growthOfShortest * maxShare);
+    const bool keepsEnergy = problem.limits.mayRefuse
+                                 ? std::abs(joints.energyShare()) <= Tuning::maxJointEnergy
+                                 : joints.energyShare() <= Tuning::growthOfShortest * Tuning::maxJointEnergy;
+    const bool accepted = answered && static_cast<double>(h) * joints.fastestSpin() <= turn && keepsEnergy;
     if (problem.limits.mayRefuse && !accepted) {
         report.tooLong = true;
         return true;

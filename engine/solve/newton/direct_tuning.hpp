@@ -44,12 +44,10 @@ struct DirectTuning {
     static constexpr double jointSpeed = 6e-6;
     // Block multiply-adds a body, of the dearest factor over joints alone: trees and narrow loops have less than one.
     static constexpr double maxJointWork = 10;
-    // Share of the energy in play that a sub-step of joints alone may make or lose. Where forces are turned ahead
-    // (implicit) all of it comes of a sub-step that is longer or shorter than the last one; elsewhere some is what a
-    // chord of another length says of the same speed.
-    static constexpr double maxImplicitWork = 1e-4;
-    static constexpr double maxExplicitWork = 1e-3;
-    // Share of these that a sub-step may make that cannot be shortened: there are many of them, and it would grow.
+    // Share of the energy in play that a sub-step of joints alone may make or lose: it comes of a sub-step that is
+    // longer or shorter than the last one, and of what a chord of another length says of the same speed.
+    static constexpr double maxJointEnergy = 1e-3;
+    // Share of that which a sub-step may make that cannot be shortened: there are many of them, and it would grow.
     static constexpr double growthOfShortest = 0.1;
     // m/s, at which gaps of joints are closed where the answer is linear.
     static constexpr double slowSpeed = 6e-3;

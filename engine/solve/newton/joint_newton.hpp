@@ -1,6 +1,6 @@
 #pragma once
-// Joints alone, no contact: the nonlinear equations of one sub-step, solved to the last digits in the space of the
-// joints' forces. Unknown: the mean twists v of the sub-step and the impulses p,
+// Joints alone, no contact that touches: the nonlinear equations of one sub-step, solved to the last digits in the
+// space of the joints' forces. Unknown: the mean twists v of the sub-step and the impulses p,
 //     M (v - v*) = J^T p          J: gradients at the start, but forces meet each body as it will have turned (below),
 //     C(x moved by h v) = 0       hard rows; springs and dampers implicitly; motors; bounds by an active set.
 // Newton's matrix is that of the moved poses, M + K with K the geometric stiffness (theory 7.13), a 3x3 block a body.
@@ -17,7 +17,8 @@
 // link about its own axis, which has next to no inertia. The price is order: the period of what swings slowly beside it
 // is off by (h omega)^2 5/24 in place of 1/24, and angular momentum by what theta turns the torques, of the same order.
 // lag is 0 (SHAKE) while no body's swing exceeds a radian a sub-step under the present forces or, of what hangs, under
-// its whole weight.
+// three times its whole weight, and 1/2 beyond. Then theta has a second part that damps what swings faster than the
+// sub-step sees and leaves alone what swings slowly: less damping h times how much the change of spin has changed.
 #include "engine/problem/row_terms.hpp"
 #include "engine/solve/newton/joint_factor.hpp"
 
@@ -59,14 +60,17 @@ struct JointBody {
 template <class S>
 class JointNewton {
 public:
-    // Reads the graph of the joints. False where it cannot serve: with contacts, particles or gyroscopic inertia
+    // Reads the graph of the joints. False where it cannot serve: with particles or gyroscopic inertia
     // (<cairn/solvers.hpp>), or where its factor would cost more than `maxWork` block multiply-adds (6x6).
     bool prepare(const Problem<S>& problem, double maxWork);
-    // A sub-step of a predicted and linearised island. False: Newton has not converged. The island is as it was.
+    // A sub-step of a predicted and linearised island, as if it had no contacts. False: Newton has not converged. The
+    // island is as it was.
     bool solve(Problem<S>& problem, S h, const JointNewtonOptions& options, SolveReport& report);
+    // Whether a contact would be closed where the last solve() brings the bodies.
+    bool meetsContacts(Problem<S>& problem, S h) const;
     // Gives the island the last solve(): the bodies' twists, the rows' gradients and lambda, for integrate() to move
     // it.
-    void handBack(Problem<S>& problem, S h) const;
+    void handBack(Problem<S>& problem, S h);
     double fastestSpin() const;  // rad/s, of the last solve()
     // m or rad, of the worst hard row at the end of the last solve().
     double worst() const { return worst_; }
@@ -74,8 +78,6 @@ public:
     // the length of the sub-step has changed: v is the speed of the middle of a sub-step, and the next one takes it for
     // its own.
     double energyShare() const { return inPlay_ > 0 ? jointWork_ / inPlay_ : 0; }
-    // Whether forces were turned ahead.
-    bool isImplicit() const { return lag_ > 0; }
 
 private:
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -91,7 +93,7 @@ private:
     void sumUp(const Problem<S>& problem);
 
     JointFactor factor_;
-    JointFactor::Graph graph_;
+    JointFactor::Graph graph_, lastGraph_;
     std::vector<int> counts_;  // rows of each block
 
     std::vector<JointBody> bodies_;
@@ -102,7 +104,8 @@ private:
     std::vector<RowBlock<S>> endBlocks_;
     std::vector<double> right_;
     std::vector<Vec6<double>> moved_;
-    std::vector<double> moments_;  // N m, of each body
+    std::vector<double> moments_;           // N m, of each body
+    std::vector<Vec3<double>> lastChange_;  // rad/s, of each body's spin in the last sub-step
     double lag_ = 0;
     double worst_ = 0;                   // m or rad
     double residual_ = 0;                // m/s, worst row of the natural map

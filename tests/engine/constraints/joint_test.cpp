@@ -288,6 +288,27 @@ TEST(Chains, SwingWithALoadInOneSubstep) {
     }
 }
 
+// A minute of it: 1e6 is exact for as long as no link is thrown about faster than it can be followed (44 s); what comes
+// then is bounded, and said.
+TEST(Chains, SwingForLong) {
+    for (const auto& [ratio, exact] : {std::pair{1e3, 60}, {1e4, 60}, {1e6, 43}}) {
+        Chain chain({}, 20, ratio, Vec3d::UnitX());
+        double gap = 0;
+        double energy = 0;  // of what the fall gives, above that of the start
+        bool isSilent = false;
+        for (int i = 0; i < 60 * 60; ++i) {
+            const StepReport& report = chain.world.step(1.0 / 60);
+            gap = i < exact * 60 ? std::max(gap, report.error.maxJointGap) : gap;
+            isSilent = isSilent || (report.ok() && report.error.maxJointGap > 0.05);
+            energy = std::max(energy, chain.energy() / ((ratio + 10) * standardGravity * 20));
+        }
+        const std::string what = "swinging for long 1:" + std::to_string(static_cast<int>(ratio));
+        expectBelow(what + ", gap while exact, m", gap, 2.1e-7);
+        expectBelow(what + ", energy", energy, 0.011);
+        EXPECT_FALSE(isSilent) << what;
+    }
+}
+
 // Equal links whip: some turn farther than a sub-step may, and its length changes.
 TEST(Chains, OfEqualLinksHold) {
     expectBelow("swinging 1:1, gap, m", swing(1).gap, 3e-7);
