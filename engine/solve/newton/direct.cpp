@@ -186,6 +186,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     const double speed = static_cast<double>(fastestSpeed(problem));
     NewtonOptions options;
     options.heap = heap;
+    options.standing = !moves;
     options.maxDeSaxceUpdates = heap ? 0 : options.maxDeSaxceUpdates;
     options.minRegularisation = Tuning::minRegularisation;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : Tuning::tolerance<S>;

@@ -28,8 +28,9 @@ struct NewtonOptions {
     double enough = 0;             // m/s, residual with which the iterations may run out
     int maxIterations = 0;
     int maxDeSaxceUpdates = 8;  // updates of De Saxce's correction; what is left after them shows as hovering
-    bool heap = false;    // starts from sweeps with conjugate directions, and takes De Saxce's correction from them
-    bool goesOn = false;  // the terms differ little from those of the last solve(): its answer is guess enough
+    bool heap = false;      // starts from sweeps with conjugate directions, and takes De Saxce's correction from them
+    bool standing = false;  // contacts hardly open and shut: first tried as all shut
+    bool goesOn = false;    // the terms differ little from those of the last solve(): its answer is guess enough
 };
 
 struct NewtonReport {
@@ -105,11 +106,15 @@ private:
     void newtonStep(const Problem<S>& problem, std::vector<Vec6<S>>& g, NewtonReport& report);
     S merit(const Problem<S>& problem, const std::vector<S>& impulse) const;
     enum class Start { Given, Sweeps, ConjugateSweeps };
-    void guess(const Problem<S>& problem, Start start, NewtonReport& report);
+    void guess(const Problem<S>& problem, Start start, bool standing, NewtonReport& report);
+    bool guessStanding(const Problem<S>& problem, NewtonReport& report);
+    bool stepWith(const Problem<S>& problem, const std::vector<S>& loads, NewtonReport& report);
     S gradient(const Problem<S>& problem, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
     void lineSearch(const Problem<S>& problem, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
 
-    static constexpr int guessSweeps = 10;      // of Gauss-Seidel, from which a cold start takes its first active set
+    static constexpr int guessSweeps = 10;  // of Gauss-Seidel, from which a cold start takes its first active set
+    static constexpr std::size_t manyPoints =
+        64;                                     // of contact, from which sweeps no longer tell the lowest of all load
     static constexpr int heapSweeps = 20;       // with conjugate directions
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut

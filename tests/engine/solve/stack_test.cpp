@@ -92,6 +92,15 @@ TEST(Stacks, Tower30Stands) {
     EXPECT_EQ(r.unconverged, 0);
 }
 
+// Higher than sweeps carry a load: the first step finds it by taking all contacts as shut.
+TEST(Stacks, Tower300Stands) {
+    Worldd world = tower<double>(300, 1);
+    const StackRun run = watch(world, 5);
+    EXPECT_EQ(run.unconverged, 0);
+    expectBelow("tower of 300, displacement, m", run.displacement, 1.8e-5);
+    expectBelow("tower of 300, penetration, m", run.penetration, 9e-8);
+}
+
 TEST(Stacks, TowerOfAlternatingMassesStands) {
     Worldd world = tower<double>(25, 20);
     const StackRun r = watch(world, 5);
@@ -114,6 +123,14 @@ TEST(Stacks, PyramidStands) {
     expectBelow("pyramid 12, displacement, m", r.displacement, 3e-6);
     expectBelow("pyramid 12, penetration, m", r.penetration, 2e-6);
     EXPECT_EQ(r.unconverged, 0);
+}
+
+TEST(Stacks, Pyramid60StandsFromTheFirstStep) {
+    Worldd world = pyramid<double>(60);
+    const StackRun run = watch(world, 1);
+    EXPECT_EQ(run.unconverged, 0);
+    expectBelow("pyramid of 60, displacement, m", run.displacement, 3.1e-7);
+    expectBelow("pyramid of 60, penetration, m", run.penetration, 8.2e-9);
 }
 
 TEST(Stacks, FloatStandsToo) {
