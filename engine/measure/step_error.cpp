@@ -261,16 +261,18 @@ void measurePenetration(PairContacts<S>& pair, double asked, IslandError& error)
         for (ContactPointState<S>& point : manifold.inForce()) {
             const double depth = std::max(0.0, -static_cast<double>(point.separation));
             point.error = std::max(point.error, static_cast<S>(depth));
-            error.maxPenetration = std::max(error.maxPenetration, depth);
-            error.position = std::max(error.position, depth);
-            if (asked > 0) {
-                error.over = std::max(error.over, depth / asked);
-            }
             if (depth > 0 || point.normalForce > S(0)) {
                 error.penetrationSum += depth;
                 ++error.touching;
             }
         }
+    }
+    // Four points hold a pair up, and which ones must not change with every jitter: another may be the deepest.
+    const double deepest = pair.depth();
+    error.maxPenetration = std::max(error.maxPenetration, deepest);
+    error.position = std::max(error.position, deepest);
+    if (asked > 0) {
+        error.over = std::max(error.over, deepest / asked);
     }
 }
 

@@ -415,12 +415,7 @@ void World<S>::Impl::measure() {
         }
         const double asked =
             toleranceOf(def.accuracy, bodies[pair.pair.a].kind->def.tolerance, bodies[pair.pair.b].kind->def.tolerance);
-        IslandError& error = islandStates[static_cast<std::size_t>(k)].solved.error;
-        measurePenetration(pair, asked, error);
-        // Four points hold a pair up, and which ones must not change with every jitter: another may be the deepest.
-        const double depth = pair.depth();
-        error.maxPenetration = std::max(error.maxPenetration, depth);
-        error.position = std::max(error.position, depth);
+        measurePenetration(pair, asked, islandStates[static_cast<std::size_t>(k)].solved.error);
     }
     totals_ = {};
     report.counts.narrow += narrow_;

@@ -125,6 +125,22 @@ TEST_P(StepTruth, DepthByFclIsNearTheExactOne) {
     EXPECT_LE(off, 2e-5 + 0.03 * deepest) << "m, of a depth of up to " << deepest;
 }
 
+// A millimetre asked for is kept, or the step says that it is not.
+TEST_P(StepTruth, WhatIsAskedForIsKeptOrFlagged) {
+    Scene scene = restless(GetParam(), "auto");
+    scene.world.accuracy.position = 1e-3;
+    const std::unique_ptr<Simulation> simulation = makeSimulation(scene);
+    double worst = 0;  // m, of steps that are not flagged
+    const int steps = std::min(scene.bodies.size() > 60 ? 30 : 150, stepsOf(scene));
+    for (int step = 0; step < steps; ++step) {
+        const StepReport& report = simulation->step(scene.dt);
+        if ((report.flags & FlagTolerance) == 0) {
+            worst = std::max({worst, report.error.maxPenetration, report.error.maxJointGap, report.error.position});
+        }
+    }
+    EXPECT_LE(worst, scene.world.accuracy.position) << "m";
+}
+
 // N s on each body, that contacts, joints and locks say they gave in the last step.
 std::vector<Vec3d> impulsesOf(const Simulation& simulation) {
     std::vector<Vec3d> impulse(simulation.bodyCount(), Vec3d::Zero());
