@@ -1,7 +1,9 @@
 #pragma once
 // The velocity-level problem of one sub-step with joints as rows and contacts in short (contact_rows.hpp): the same
-// update as sweep.hpp's, of a seventh of the memory, and shared by threads colour by colour where the island is worth
-// it. What both give is the same to rounding (test CompactSweeps.*).
+// update as sweep.hpp's, of a seventh of the memory. Where the island is worth it contacts go through the vector unit
+// and are shared by threads, colour by colour (contact_lanes.hpp). What both give is the same to rounding (test
+// CompactSweeps.*).
+#include "engine/solve/velocity/contact_lanes.hpp"
 #include "engine/solve/velocity/row_sweeps.hpp"
 
 namespace cairn {
@@ -17,6 +19,9 @@ public:
     void writeBodies(Problem<S>& problem) const { rows_.writeBodies(problem); }
     void store(Problem<S>& problem, S h) const {
         rows_.writeLambda(problem, h);
+        if (ContactLanes<S>::areFor(problem)) {
+            lanes_.putBack(problem);
+        }
         problem.storeCompactLambda(h);
     }
     // As RowSystem::warmStart(); the curvature in the space of bodies, where p^T A p = dv^T M dv.
@@ -47,14 +52,19 @@ private:
     // Both bodies of a contact while its points are visited: fetched once, and put back where they may move.
     class Bodies;
 
-    void beginContact(const Problem<S>& problem, const ProblemContact<S>& contact, const PushOutSpring<S>& spring,
-                      S warmStart, S h, ContactRows<S>* points) const;
+    // Friction and the impulses to start from; and the other terms.
+    void startContact(const Problem<S>& problem, const ProblemContact<S>& contact, S warmStart, S h,
+                      ContactRows<S>* points) const;
+    void beginContact(const ProblemContact<S>& contact, const PushOutSpring<S>& spring, S h,
+                      ContactRows<S>* points) const;
     S sweepJoints(const Problem<S>& problem, S relaxation);
     S sweepContact(const ProblemContact<S>& contact, ContactRows<S>* points, S relaxation);
+    S* twists() { return rows_.v.empty() ? nullptr : rows_.v.front().data(); }
     // Pushes the bodies by the impulses of all rows. Gives p^T (J v + b) for the twists before.
     S pushAll(Problem<S>& problem);
 
     RowSweeps<S> rows_;  // joints()
+    ContactLanes<S> lanes_;
     std::vector<Mass> masses_;
     std::vector<Vec6<S>> before_;
     std::size_t contactRowCount_ = 0;
