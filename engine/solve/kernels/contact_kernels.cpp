@@ -111,8 +111,9 @@ struct Mass {
         }
     }
     HWY_INLINE Vector<D> spin(const Vector<D>& l) const {
-        const Vector<D> rows[3] = {
-            {inertia[0], inertia[3], inertia[4]}, {inertia[3], inertia[1], inertia[5]}, {inertia[4], inertia[5], inertia[2]}};
+        const Vector<D> rows[3] = {{inertia[0], inertia[3], inertia[4]},
+                                   {inertia[3], inertia[1], inertia[5]},
+                                   {inertia[4], inertia[5], inertia[2]}};
         return {dot<D>(rows[0], l), dot<D>(rows[1], l), dot<D>(rows[2], l)};
     }
     hn::Vec<D> inverse;
@@ -159,62 +160,164 @@ HWY_INLINE void forLanes(const ContactLanesView<S>& view, std::size_t begin, std
     }
 }
 
+template <class D>
+struct Placement {
+    using S = hn::TFromD<D>;
+    HWY_INLINE Placement(D d, const S* placements, const typename ContactPack<S>::Index* body) {
+        const hn::RebindToSigned<D> di;
+        const auto i = hn::Load(di, body);
+        const auto twelve = hn::Add(hn::ShiftLeft<3>(i), hn::ShiftLeft<2>(i));
+        const auto column = [&](int k) HWY_ATTR -> Vector<D> {
+            const S* from = placements + 3 * k;
+            return {hn::GatherIndex(d, from, twelve), hn::GatherIndex(d, from + 1, twelve),
+                    hn::GatherIndex(d, from + 2, twelve)};
+        };
+        x = column(0);
+        y = column(1);
+        z = column(2);
+        position = column(3);
+    }
+    // The products are summed in the order in which Eigen does it for double, so that the bits are those of
+    // Problem::placeContacts().
+    HWY_INLINE Vector<D> turned(const Vector<D>& a) const {
+        return {hn::Add(hn::Add(hn::Mul(x.x, a.x), hn::Mul(y.x, a.y)), hn::Mul(z.x, a.z)),
+                hn::Add(hn::Add(hn::Mul(x.y, a.x), hn::Mul(y.y, a.y)), hn::Mul(z.y, a.z)),
+                hn::Add(hn::Mul(x.z, a.x), hn::Add(hn::Mul(y.z, a.y), hn::Mul(z.z, a.z)))};
+    }
+    Vector<D> x, y, z, position;
+};
+
+template <class D>
+HWY_INLINE Vector<D> select(hn::Mask<D> mask, const Vector<D>& yes, const Vector<D>& no) {
+    return {hn::IfThenElse(mask, yes.x, no.x), hn::IfThenElse(mask, yes.y, no.y), hn::IfThenElse(mask, yes.z, no.z)};
+}
+template <class D, class S, std::size_t width>
+HWY_INLINE void store(D d, const Vector<D>& a, S (&to)[3][width], std::size_t lane) {
+    hn::Store(a.x, d, to[0] + lane);
+    hn::Store(a.y, d, to[1] + lane);
+    hn::Store(a.z, d, to[2] + lane);
+}
+
+template <class S>
+void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
+    const hn::CappedTag<S, ContactPack<S>::width> d;
+    using D = hn::CappedTag<S, ContactPack<S>::width>;
+    const auto isRule = [&](hn::Vec<D> rule, ArmRule one)
+                            HWY_ATTR { return hn::Eq(rule, hn::Set(d, static_cast<S>(one))); };
+    for (std::size_t n = begin; n < end; ++n) {
+        ContactPack<S>& pack = view.packs[n];
+        const FramePack<S>& frame = view.frames[n];
+        for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
+            const Placement<D> a(d, view.placements, pack.bodyA + lane);
+            const Placement<D> b(d, view.placements, pack.bodyB + lane);
+            const Placement<D> carrier(d, view.placements, frame.carrier + lane);
+            const Vector<D> normal = carrier.turned(load(d, frame.normal, lane));
+            store(d, normal, pack.normal, lane);
+            store(d, carrier.turned(load(d, frame.tangent1, lane)), pack.tangent1, lane);
+            store(d, carrier.turned(load(d, frame.tangent2, lane)), pack.tangent2, lane);
+            const Vector<D> apart = b.position - a.position;
+            const Vector<D> none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+            for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
+                const PointGeometryPack<S>& from = view.geometry[k];
+                PointPack<S>& point = view.points[k];
+                const Vector<D> onA = a.turned(load(d, from.onA, lane)) + load(d, from.roundA, lane);
+                const Vector<D> onB = b.turned(load(d, from.onB, lane)) + load(d, from.roundB, lane);
+                const auto rule = hn::Load(d, from.rule + lane);
+                Vector<D> armB = select<D>(isRule(rule, ArmRule::OnA), onA - apart, onB);
+                armB = select<D>(isRule(rule, ArmRule::CentreOfA), none - apart, armB);
+                armB = select<D>(isRule(rule, ArmRule::CentreOfB), none, armB);
+                const auto isEmpty = isRule(rule, ArmRule::NoPoint);
+                store(d, select<D>(isEmpty, none, armB), point.armB, lane);
+                store(d, select<D>(isEmpty, none, apart + armB), point.armA, lane);
+                const auto C = dot<D>(normal, (apart + onB) - onA);
+                hn::Store(hn::IfThenElse(isEmpty, hn::Set(d, std::numeric_limits<S>::infinity()), C), d,
+                          point.C + lane);
+            }
+        }
+    }
+}
+
+template <class S>
+void give(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
+    const hn::CappedTag<S, ContactPack<S>::width> d;
+    using D = hn::CappedTag<S, ContactPack<S>::width>;
+    for (std::size_t n = begin; n < end; ++n) {
+        const ContactPack<S>& pack = view.packs[n];
+        for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
+            const Frame<D> frame(d, pack, lane);
+            for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
+                PointGeometryPack<S>& to = view.geometry[k];
+                const Vector<D> p = load(d, view.points[k].impulse, lane);
+                const Vector<D> friction = scaled<D>(p.y, frame.tangent1) + scaled<D>(p.z, frame.tangent2);
+                store(d, load(d, to.given, lane) + (scaled<D>(p.x, frame.normal) + friction), to.given, lane);
+                hn::Store(hn::Add(hn::Load(d, to.givenNormal + lane), p.x), d, to.givenNormal + lane);
+            }
+        }
+    }
+}
+
 template <class S>
 void beginTerms(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const ContactTermRule<S>& rule) {
-    forLanes<S>(view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
-        using D = decltype(d);
-        const Mass<D> a(d, view.masses, pack.bodyA + lane);
-        const Mass<D> b(d, view.masses, pack.bodyB + lane);
-        const Frame<D> frame(d, pack, lane);
-        const Vector<D>* const directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
-        const auto zero = hn::Zero(d);
-        for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
-            const Vector<D> armA = load(d, point->armA, lane);
-            const Vector<D> armB = load(d, point->armB, lane);
-            for (int t = 0; t < 3; ++t) {
-                const Vector<D> ra = cross<D>(armA, *directions[t]);
-                const Vector<D> rb = cross<D>(armB, *directions[t]);
-                hn::Store(hn::Add(hn::Add(hn::Add(a.inverse, b.inverse), dot<D>(ra, a.spin(ra))), dot<D>(rb, b.spin(rb))),
-                          d, point->delassus[t] + lane);
+    forLanes<S>(
+        view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+            using D = decltype(d);
+            const Mass<D> a(d, view.masses, pack.bodyA + lane);
+            const Mass<D> b(d, view.masses, pack.bodyB + lane);
+            const Frame<D> frame(d, pack, lane);
+            const Vector<D>* const directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
+            const auto zero = hn::Zero(d);
+            const auto warmStart = hn::Set(d, rule.warmStart);
+            for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
+                const Vector<D> armA = load(d, point->armA, lane);
+                const Vector<D> armB = load(d, point->armB, lane);
+                for (int t = 0; t < 3; ++t) {
+                    const Vector<D> ra = cross<D>(armA, *directions[t]);
+                    const Vector<D> rb = cross<D>(armB, *directions[t]);
+                    hn::Store(
+                        hn::Add(hn::Add(hn::Add(a.inverse, b.inverse), dot<D>(ra, a.spin(ra))), dot<D>(rb, b.spin(rb))),
+                        d, point->delassus[t] + lane);
+                }
+                const auto C = hn::Load(d, point->C + lane);
+                const auto isOpen = hn::Lt(zero, C);
+                const auto shut = hn::Mul(hn::Set(d, rule.rate), C);
+                const auto slowest = hn::Set(d, -rule.maxSpeed);
+                const auto bias = hn::IfThenElse(isOpen, hn::Div(C, hn::Set(d, rule.h)),
+                                                 hn::IfThenElse(hn::Lt(shut, slowest), slowest, shut));
+                hn::Store(bias, d, point->bias + lane);
+                const auto soft = hn::Div(hn::Load(d, point->delassus[0] + lane), hn::Set(d, rule.stiffness));
+                hn::Store(hn::IfThenZeroElse(isOpen, soft), d, point->softness + lane);
+                store(d, scaled<D>(warmStart, load(d, point->impulse, lane)), point->impulse, lane);
             }
-            const auto C = hn::Load(d, point->C + lane);
-            const auto isOpen = hn::Lt(zero, C);
-            const auto shut = hn::Mul(hn::Set(d, rule.rate), C);
-            const auto slowest = hn::Set(d, -rule.maxSpeed);
-            const auto bias = hn::IfThenElse(isOpen, hn::Div(C, hn::Set(d, rule.h)),
-                                             hn::IfThenElse(hn::Lt(shut, slowest), slowest, shut));
-            hn::Store(bias, d, point->bias + lane);
-            const auto soft = hn::Div(hn::Load(d, point->delassus[0] + lane), hn::Set(d, rule.stiffness));
-            hn::Store(hn::IfThenZeroElse(isOpen, soft), d, point->softness + lane);
-        }
-    });
+        });
 }
 
 template <class S>
 void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const S* before, S* work) {
-    forLanes<S>(view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
-        using D = decltype(d);
-        Bodies<D> bodies(d, view, pack, lane);
-        const Twist<D> a(d, before, pack.bodyA + lane);
-        const Twist<D> b(d, before, pack.bodyB + lane);
-        const Frame<D> frame(d, pack, lane);
-        for (std::size_t k = 0; k < pack.count; ++k, ++point) {
-            const Vector<D> armA = load(d, point->armA, lane);
-            const Vector<D> armB = load(d, point->armB, lane);
-            const Vector<D> p = load(d, point->impulse, lane);
-            const Vector<D> impulse = frame.inWorld(p.x, p.y, p.z);
-            alignas(64) S room[ContactPack<S>::width];
-            hn::Store(hn::Add(dot<D>(impulse, speed<D>(a, b, armA, armB)), hn::Mul(p.x, hn::Load(d, point->bias + lane))),
-                      d, room);
-            for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
-                if (k < pack.points[lane + n]) {
-                    work[pack.firstPoint[lane + n] + k] = room[n];
+    forLanes<S>(
+        view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+            using D = decltype(d);
+            Bodies<D> bodies(d, view, pack, lane);
+            const Twist<D> a(d, before, pack.bodyA + lane);
+            const Twist<D> b(d, before, pack.bodyB + lane);
+            const Frame<D> frame(d, pack, lane);
+            for (std::size_t k = 0; k < pack.count; ++k, ++point) {
+                const Vector<D> armA = load(d, point->armA, lane);
+                const Vector<D> armB = load(d, point->armB, lane);
+                const Vector<D> p = load(d, point->impulse, lane);
+                const Vector<D> impulse = frame.inWorld(p.x, p.y, p.z);
+                alignas(64) S room[ContactPack<S>::width];
+                hn::Store(
+                    hn::Add(dot<D>(impulse, speed<D>(a, b, armA, armB)), hn::Mul(p.x, hn::Load(d, point->bias + lane))),
+                    d, room);
+                for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+                    if (k < pack.points[lane + n]) {
+                        work[pack.firstPoint[lane + n] + k] = room[n];
+                    }
                 }
+                bodies.push(armA, armB, impulse);
             }
-            bodies.push(armA, armB, impulse);
-        }
-        bodies.putBack(d, view, pack, lane);
-    });
+            bodies.putBack(d, view, pack, lane);
+        });
 }
 
 // Visits a point of each lane; gives back what it changed beyond `change`.
@@ -256,52 +359,54 @@ HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, con
 
 template <class S>
 void sweep(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, S relaxation, S* change) {
-    forLanes<S>(view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
-        using D = decltype(d);
-        Bodies<D> bodies(d, view, pack, lane);
-        const Frame<D> frame(d, pack, lane);
-        const auto xi = hn::Set(d, relaxation);
-        auto changed = hn::Zero(d);
-        for (std::size_t k = 0; k < pack.count; ++k) {
-            changed = sweepPoint<D, S>(d, point[k], lane, frame, bodies, xi, changed);
-        }
-        bodies.putBack(d, view, pack, lane);
-        alignas(64) S room[ContactPack<S>::width];
-        hn::Store(changed, d, room);
-        for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
-            if (pack.points[lane + n] > 0) {
-                change[pack.contact[lane + n]] = room[n];
-            }
-        }
-    });
+    forLanes<S>(view, begin, end,
+                [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+                    using D = decltype(d);
+                    Bodies<D> bodies(d, view, pack, lane);
+                    const Frame<D> frame(d, pack, lane);
+                    const auto xi = hn::Set(d, relaxation);
+                    auto changed = hn::Zero(d);
+                    for (std::size_t k = 0; k < pack.count; ++k) {
+                        changed = sweepPoint<D, S>(d, point[k], lane, frame, bodies, xi, changed);
+                    }
+                    bodies.putBack(d, view, pack, lane);
+                    alignas(64) S room[ContactPack<S>::width];
+                    hn::Store(changed, d, room);
+                    for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+                        if (pack.points[lane + n] > 0) {
+                            change[pack.contact[lane + n]] = room[n];
+                        }
+                    }
+                });
 }
 
 template <class S>
 void relax(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, S h) {
-    forLanes<S>(view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
-        using D = decltype(d);
-        const Twist<D> a(d, view.twists, pack.bodyA + lane);
-        const Twist<D> b(d, view.twists, pack.bodyB + lane);
-        const Vector<D> normal = load(d, pack.normal, lane);
-        const auto step = hn::Set(d, h);
-        const auto zero = hn::Zero(d);
-        for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
-            const Vector<D> armA = load(d, point->armA, lane);
-            const Vector<D> armB = load(d, point->armB, lane);
-            const auto C = hn::Load(d, point->C + lane);
-            const auto isIdle = hn::And(hn::Lt(zero, C), hn::Eq(hn::Load(d, point->impulse[0] + lane), zero));
-            const auto ahead = hn::Add(C, hn::Mul(step, dot<D>(normal, speed<D>(a, b, armA, armB))));
-            hn::Store(hn::IfThenElse(isIdle, hn::Set(d, std::numeric_limits<S>::infinity()),
-                                     hn::Div(positive(d, ahead), step)),
-                      d, point->bias + lane);
-            hn::Store(zero, d, point->softness + lane);
-        }
-    });
+    forLanes<S>(
+        view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+            using D = decltype(d);
+            const Twist<D> a(d, view.twists, pack.bodyA + lane);
+            const Twist<D> b(d, view.twists, pack.bodyB + lane);
+            const Vector<D> normal = load(d, pack.normal, lane);
+            const auto step = hn::Set(d, h);
+            const auto zero = hn::Zero(d);
+            for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
+                const Vector<D> armA = load(d, point->armA, lane);
+                const Vector<D> armB = load(d, point->armB, lane);
+                const auto C = hn::Load(d, point->C + lane);
+                const auto isIdle = hn::And(hn::Lt(zero, C), hn::Eq(hn::Load(d, point->impulse[0] + lane), zero));
+                const auto ahead = hn::Add(C, hn::Mul(step, dot<D>(normal, speed<D>(a, b, armA, armB))));
+                hn::Store(hn::IfThenElse(isIdle, hn::Set(d, std::numeric_limits<S>::infinity()),
+                                         hn::Div(positive(d, ahead), step)),
+                          d, point->bias + lane);
+                hn::Store(zero, d, point->softness + lane);
+            }
+        });
 }
 
 template <class S>
 ContactKernels<S> kernels() {
-    return {hwy::TargetName(HWY_TARGET), beginTerms<S>, push<S>, sweep<S>, relax<S>};
+    return {hwy::TargetName(HWY_TARGET), place<S>, beginTerms<S>, push<S>, sweep<S>, relax<S>, give<S>};
 }
 ContactKernels<float> floatKernels() {
     return kernels<float>();

@@ -11,7 +11,7 @@
 
 namespace cairn {
 
-// Contacts of one colour, all with `count` points or fewer: frame and bodies.
+// Contacts of one colour, all with `count` points or fewer: bodies, and the frame in this sub-step.
 template <class S>
 struct alignas(64) ContactPack {
     static constexpr std::size_t width = 64 / sizeof(S);
@@ -31,7 +31,7 @@ struct alignas(64) ContactPack {
     std::uint32_t count = 0;
 };
 
-// A point of each contact of a pack, as ContactRows. Of lanes without one the arms are 0 and the bias infinite.
+// A point of each contact of a pack, as ContactRows. Of lanes without one the arms are 0 and C infinite.
 template <class S>
 struct alignas(64) PointPack {
     static constexpr std::size_t width = ContactPack<S>::width;
@@ -46,26 +46,60 @@ struct alignas(64) PointPack {
     S softness[width];
 };
 
+// The frames of a pack as ContactGeometry has them for the step, each in axes of its carrier.
+template <class S>
+struct alignas(64) FramePack {
+    static constexpr std::size_t width = ContactPack<S>::width;
+
+    S normal[3][width];
+    S tangent1[3][width];
+    S tangent2[3][width];
+    typename ContactPack<S>::Index carrier[width];  // a body, or the place of the world
+};
+
+// Where the forces of a point act on b: contactArms().
+enum class ArmRule : std::uint8_t { OnB, OnA, CentreOfA, CentreOfB, NoPoint };
+
+// Points likewise, and what they gave.
+template <class S>
+struct alignas(64) PointGeometryPack {
+    static constexpr std::size_t width = ContactPack<S>::width;
+
+    S onA[3][width];  // m, less the round part, in the body's axes; and that part, in the world's
+    S roundA[3][width];
+    S onB[3][width];
+    S roundB[3][width];
+    S rule[width];         // an ArmRule
+    S given[3][width];     // N s since the first sub-step, on b, world axes
+    S givenNormal[width];  // along the normal
+};
+
 // What the kernels read and write.
 template <class S>
 struct ContactLanesView {
     ContactPack<S>* packs;
     PointPack<S>* points;
-    S* twists;        // six a body
-    const S* masses;  // seven a body: 1/kg, and of the inverse inertia in world axes xx, yy, zz, xy, xz, yz
+    FramePack<S>* frames;            // by pack
+    PointGeometryPack<S>* geometry;  // by PointPack
+    const S* placements;  // twelve a body: columns of its rotation and position, m; after the last body the world's own
+    S* twists;            // six a body
+    const S* masses;      // seven a body: 1/kg, and of the inverse inertia in world axes xx, yy, zz, xy, xz, yz
 };
 
 // Of the push-out, as PushOutSpring; h in s.
 template <class S>
 struct ContactTermRule {
     S rate, stiffness, maxSpeed, h;
+    S warmStart;  // share of the impulses to start from
 };
 
 // Each over packs [begin, end).
 template <class S>
 struct ContactKernels {
     const char* instructionSet;
-    // Delassus, bias and softness.
+    // Frames, arms and C where the bodies are now.
+    void (*place)(const ContactLanesView<S>&, std::size_t begin, std::size_t end);
+    // Delassus, bias, softness and the impulses to start from.
     void (*begin)(const ContactLanesView<S>&, std::size_t begin, std::size_t end, const ContactTermRule<S>& rule);
     // Pushes the bodies by the impulses. To `work`, by point: p^T (J v + b) for the twists `before`.
     void (*push)(const ContactLanesView<S>&, std::size_t begin, std::size_t end, const S* before, S* work);
@@ -73,6 +107,8 @@ struct ContactKernels {
     void (*sweep)(const ContactLanesView<S>&, std::size_t begin, std::size_t end, S relaxation, S* change);
     // Turns to sweeps without push-out.
     void (*relax)(const ContactLanesView<S>&, std::size_t begin, std::size_t end, S h);
+    // Adds the impulses to what the points gave.
+    void (*give)(const ContactLanesView<S>&, std::size_t begin, std::size_t end);
 };
 
 // Those of the best instruction set that this machine has.

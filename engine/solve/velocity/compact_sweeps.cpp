@@ -76,7 +76,7 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
     rows_.begin(problem, spring, warmStart, h);
     readBodies(problem);
     const bool inLanes = ContactLanes<S>::areFor(problem);
-    problem.forEach(problem.contacts.size(), [&](std::size_t c) {
+    problem.forEach(inLanes && !lanes_.hasRows() ? 0 : problem.contacts.size(), [&](std::size_t c) {
         const ProblemContact<S>& contact = problem.contacts[c];
         startContact(problem, contact, warmStart, h, firstPoint(problem, contact));
         if (!inLanes) {
@@ -85,7 +85,9 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
     });
     if (inLanes) {
         static_assert(sizeof(Mass) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
-        lanes_.begin(problem, {spring.rate, spring.stiffness, spring.maxSpeed, h}, &masses_.front().inverse);
+        lanes_.begin(problem,
+                     {spring.rate, spring.stiffness, spring.maxSpeed, h, problem.limits.isFirst ? S(1) : warmStart},
+                     &masses_.front().inverse);
     }
     contactRowCount_ = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {

@@ -12,17 +12,25 @@ template <class S>
 class CompactSweeps {
 public:
     // As those of RowSweeps, and so are the others of the same name.
-    static void linearize(Problem<S>& problem) { problem.linearizeCompact(); }
+    void linearize(Problem<S>& problem) {
+        const bool inLanes = ContactLanes<S>::areFor(problem);
+        problem.linearizeCompact(!inLanes);
+        if (inLanes) {
+            lanes_.place(problem);
+        }
+    }
     void begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h);
     void relax(Problem<S>& problem, S h);
     void readBodies(const Problem<S>& problem);
     void writeBodies(Problem<S>& problem) const { rows_.writeBodies(problem); }
-    void store(Problem<S>& problem, S h) const {
+    void store(Problem<S>& problem, S h) {
         rows_.writeLambda(problem, h);
         if (ContactLanes<S>::areFor(problem)) {
-            lanes_.putBack(problem);
+            problem.storeJointLambda(h);
+            lanes_.store(problem, h);
+        } else {
+            problem.storeCompactLambda(h);
         }
-        problem.storeCompactLambda(h);
     }
     // As RowSystem::warmStart(); the curvature in the space of bodies, where p^T A p = dv^T M dv.
     void warmStart(Problem<S>& problem);
