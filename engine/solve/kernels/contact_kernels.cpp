@@ -52,6 +52,15 @@ HWY_INLINE hn::Vec<D> positive(D d, hn::Vec<D> x) {
     return hn::IfThenElseZero(hn::Lt(hn::Zero(d), x), x);
 }
 
+// Of each body the three numbers at `from`, where each has `stride`: 6 or 12.
+template <int stride, class D, class S, class Index>
+HWY_INLINE Vector<D> gather(D d, const S* from, const Index* body) {
+    constexpr int shift = stride == 12 ? 3 : 2;
+    const auto i = hn::Load(hn::RebindToSigned<D>(), body);
+    const auto at = hn::Add(hn::ShiftLeft<shift>(i), hn::ShiftLeft<shift - 1>(i));
+    return {hn::GatherIndex(d, from, at), hn::GatherIndex(d, from + 1, at), hn::GatherIndex(d, from + 2, at)};
+}
+
 template <class D>
 struct Frame {
     using S = hn::TFromD<D>;
@@ -68,14 +77,8 @@ struct Frame {
 template <class D>
 struct Twist {
     using S = hn::TFromD<D>;
-    HWY_INLINE Twist(D d, const S* twists, const typename ContactPack<S>::Index* body) {
-        const hn::RebindToSigned<D> di;
-        const auto i = hn::Load(di, body);
-        const auto six = hn::Add(hn::ShiftLeft<2>(i), hn::ShiftLeft<1>(i));
-        v = {hn::GatherIndex(d, twists, six), hn::GatherIndex(d, twists + 1, six), hn::GatherIndex(d, twists + 2, six)};
-        w = {hn::GatherIndex(d, twists + 3, six), hn::GatherIndex(d, twists + 4, six),
-             hn::GatherIndex(d, twists + 5, six)};
-    }
+    HWY_INLINE Twist(D d, const S* twists, const typename ContactPack<S>::Index* body)
+        : v(gather<6>(d, twists, body)), w(gather<6>(d, twists + 3, body)) {}
     // Those of the lanes in `moves`, of which this is from `lane` on.
     HWY_INLINE void putBack(D d, S* twists, const typename ContactPack<S>::Index* body, std::uint32_t moves) const {
         constexpr std::size_t width = ContactPack<S>::width;
@@ -163,20 +166,11 @@ HWY_INLINE void forLanes(const ContactLanesView<S>& view, std::size_t begin, std
 template <class D>
 struct Placement {
     using S = hn::TFromD<D>;
-    HWY_INLINE Placement(D d, const S* placements, const typename ContactPack<S>::Index* body) {
-        const hn::RebindToSigned<D> di;
-        const auto i = hn::Load(di, body);
-        const auto twelve = hn::Add(hn::ShiftLeft<3>(i), hn::ShiftLeft<2>(i));
-        const auto column = [&](int k) HWY_ATTR -> Vector<D> {
-            const S* from = placements + 3 * k;
-            return {hn::GatherIndex(d, from, twelve), hn::GatherIndex(d, from + 1, twelve),
-                    hn::GatherIndex(d, from + 2, twelve)};
-        };
-        x = column(0);
-        y = column(1);
-        z = column(2);
-        position = column(3);
-    }
+    HWY_INLINE Placement(D d, const S* placements, const typename ContactPack<S>::Index* body)
+        : x(gather<12>(d, placements, body)),
+          y(gather<12>(d, placements + 3, body)),
+          z(gather<12>(d, placements + 6, body)),
+          position(gather<12>(d, placements + 9, body)) {}
     // The products are summed in the order in which Eigen does it for double, so that the bits are those of
     // Problem::placeContacts().
     HWY_INLINE Vector<D> turned(const Vector<D>& a) const {
