@@ -1,9 +1,10 @@
 #pragma once
 // Sweeps over contacts, a contact a lane. What is visited together touches no moving body in common (a colour of
-// Problem::contactColours), so that lanes, packs and threads may come in any order and the bits stay the same; and each
-// lane does what the scalar code of compact_sweeps.cpp does, operation by operation, without fused multiply-adds, so
-// that all instruction sets have the same bits too (test ContactKernels.*).
-// Plain pointers and no Eigen: its layout changes under the instruction sets that these are compiled for.
+// Problem::contactColours), so that lanes, packs and threads may come in any order and the bits stay the same. Each
+// lane does what the scalar code of compact_sweeps.cpp does, operation by operation, without fused multiply-adds: all
+// instruction sets have the same bits, and in double those of the scalar code (test ContactKernels.*). Of three
+// products of floats Eigen adds the last two first. Plain pointers and no Eigen: its layout changes under the
+// instruction sets that these are compiled for.
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>

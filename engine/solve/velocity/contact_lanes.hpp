@@ -1,7 +1,7 @@
 #pragma once
 // The contacts of an island with colours as packs of lanes (contact_kernels.hpp): laid out once a step, placed anew in
-// each sub-step. Problem::contactRows, forces and impulses are written where they are asked for. The same bits as the
-// scalar code of CompactSweeps.
+// each sub-step. Problem::contactRows, forces and impulses are written where they are asked for. The bits are those
+// of the scalar code of CompactSweeps.
 #include "engine/problem/problem.hpp"
 #include "engine/solve/kernels/contact_kernels.hpp"
 

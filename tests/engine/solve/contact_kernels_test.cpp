@@ -156,12 +156,13 @@ HandMadeIsland wall(TestRandom& random, bool sticks) {
     island.fixed(Vec3d(0, -1, 0));
     constexpr int across = 9;
     for (int k = 0; k < 4 * across; ++k) {
+        const int layer = k / across;
+        const Vec3d place = random.vector(0.1) + Vec3d(k % across, layer, 0);
         if (k % 20 == 5) {
-            island.particle(random.vector(0.1) + Vec3d(k % across, k / across, 0), 0.5, random.vector(1));
+            island.particle(place, 0.5, random.vector(1));
             continue;
         }
-        island.body({random.vector(0.1) + Vec3d(k % across, k / across, 0), random.rotation()}, 1 + k % 3,
-                    Vec3d(0.2, 0.3, 0.4), random.vector(1), random.vector(2));
+        island.body({place, random.rotation()}, 1 + k % 3, Vec3d(0.2, 0.3, 0.4), random.vector(1), random.vector(2));
     }
     std::vector<Pushed> pushed;
     const auto touch = [&](int a, int b) {
