@@ -9,7 +9,7 @@ packages=(
     # Films of `cairn render` and `cairn demo`.
     ffmpeg
     # Engine.
-    libeigen3-dev libfcl-dev libccd-dev libtbb-dev
+    libeigen3-dev libfcl-dev libccd-dev libtbb-dev libhwy-dev
     # Scene files, meshes and pictures.
     libassimp-dev libqhull-dev nlohmann-json3-dev libosmesa6-dev libpng-dev libcli11-dev
     # Tests and benchmarks.

@@ -3,6 +3,8 @@
 #include "engine/model/gyroscopics.hpp"
 #include "engine/problem/colouring.hpp"
 
+#include <utility>
+
 namespace cairn {
 namespace {
 
@@ -34,6 +36,25 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionS
     s.angularDecay = static_cast<S>(body.kind->def.angularDamping);
     s.refreshInertia();
     return s;
+}
+
+// Brings items[order[k]] to place k, without room for them all twice; `order` is used up.
+template <class T>
+void sortInto(std::vector<T>& items, std::vector<std::uint32_t>& order) {
+    for (std::uint32_t first = 0; first < order.size(); ++first) {
+        if (order[first] == first) {
+            continue;
+        }
+        const T held = items[first];
+        std::uint32_t to = first;
+        while (order[to] != first) {
+            const std::uint32_t from = std::exchange(order[to], to);
+            items[to] = items[from];
+            to = from;
+        }
+        order[to] = to;
+        items[to] = held;
+    }
 }
 
 // Where the fixed bodies of the problem that a thread has at hand are in it, by index; -1: not there.
@@ -162,7 +183,6 @@ void Gatherer<S>::colourJoints() {
 template <class S>
 void Gatherer<S>::colourContacts() {
     static thread_local std::vector<Pushed> pushedBy;
-    static thread_local std::vector<ProblemContact<S>> inOrder;
     static thread_local Colouring colouring;
     pushedBy.clear();
     for (const ProblemContact<S>& contact : problem_.contacts) {
@@ -170,16 +190,17 @@ void Gatherer<S>::colourContacts() {
     }
     findColours(pushedBy, problem_.bodies.size(), colouring);
     problem_.contactColours = colouring.ends;
-    inOrder.clear();
-    for (const std::uint32_t c : colouring.order) {
-        inOrder.push_back(problem_.contacts[c]);
-    }
-    std::swap(inOrder, problem_.contacts);
+    sortInto(problem_.contacts, colouring.order);
 }
 
 template <class S>
 void Gatherer<S>::fillContacts() {
     problem_.contacts.clear();
+    std::size_t manifolds = 0;
+    for (const std::uint32_t p : island_.pairs) {
+        manifolds += world_.contacts.pairs()[p].manifolds.size();
+    }
+    problem_.contacts.reserve(manifolds);
     for (const std::uint32_t p : island_.pairs) {
         const PairContacts<S>& pair = world_.contacts.pairs()[p];
         for (std::uint32_t m = 0; m < pair.manifolds.size(); ++m) {

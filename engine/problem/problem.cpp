@@ -158,7 +158,7 @@ void Problem<S>::placeContacts() {
 }
 
 template <class S>
-void Problem<S>::beginRows() {
+void Problem<S>::beginRows(bool placesContacts) {
     rows.clear();
     blocks.clear();
     forEach(bodies.size(), [&](std::size_t i) {
@@ -168,18 +168,20 @@ void Problem<S>::beginRows() {
     });
     linearizeJoints(rows, blocks);
     jointBlocks = static_cast<int>(blocks.size());
-    placeContacts();
+    if (placesContacts) {
+        placeContacts();
+    }
 }
 
 template <class S>
-void Problem<S>::linearizeCompact() {
-    beginRows();
+void Problem<S>::linearizeCompact(bool placesContacts) {
+    beginRows(placesContacts);
     respond();
 }
 
 template <class S>
 void Problem<S>::linearize() {
-    beginRows();
+    beginRows(true);
     rows.reserve(rows.size() + 3 * points.size());
     blocks.reserve(blocks.size() + points.size());
     contactOfPoint_.resize(points.size());
@@ -495,7 +497,7 @@ template <class S>
 void Problem<S>::storeCompactLambda(S h) {
     storeJointLambda(h);
     const S perTime = S(1) / h;
-    const bool isAsked = limits.isFirst || limits.isLast || isDriven;
+    const bool isAsked = keepsForces();
     forEach(contacts.size(), [&](std::size_t c) {
         const ProblemContact<S>& contact = contacts[c];
         for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);

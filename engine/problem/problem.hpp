@@ -125,9 +125,10 @@ struct Problem {
     // Of all bodies, as SolverBody::predict(). A sub-step begins.
     void predict(S h);
     // Collects the rows at the present poses with the lambda of the last solve: all of them, or those of contacts in
-    // short alone (contactRows, whose responses and impulses are the solver's own affair).
+    // short alone (contactRows, whose responses and impulses are the solver's own affair), or not even those: then the
+    // solver places them itself.
     void linearize();
-    void linearizeCompact();
+    void linearizeCompact(bool placesContacts = true);
     // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it.
     void respond();
     // Takes block k anew at the present poses: C and J of its rows; lambda, bounds and responses stay.
@@ -143,6 +144,12 @@ struct Problem {
     // last sub-step it leaves them there, unless something drives the island.
     void storeLambda(S h);
     void storeCompactLambda(S h);
+    bool keepsForces() const { return limits.isFirst || limits.isLast || isDriven; }
+    // The same for who keeps account of contacts itself: of joints and locks; of one contact point (N; friction as
+    // `friction` of ProblemPoint), and what it gave.
+    void storeJointLambda(S h);
+    void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force);
+    void give(std::size_t point, const PointGiven& given) { pointGiven_[point] += given; }
     // What block k gave in that sub-step beyond lambda along its rows as they are now: they turned while it was solved.
     void giveBeyondRows(std::size_t k, const JointGiven& beyond);
     // Impulses of the piece of a step that is being solved. None yet; what an impact of the present sub-step gave a
@@ -221,13 +228,10 @@ struct Problem {
 private:
     const Pose<S>& poseOf(int body) const { return bodies[static_cast<std::size_t>(body)].pose; }
     // Rows of joints and locks, and the contacts in short.
-    void beginRows();
+    void beginRows(bool placesContacts);
     void placeContacts();
     void linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     void linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const;
-    void storeJointLambda(S h);
-    // N; friction as `friction` of ProblemPoint.
-    void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force);
 
     std::vector<int> contactOfPoint_;
     std::vector<JointGiven> jointGiven_;

@@ -25,6 +25,11 @@ constexpr double leftUndone = 2;
 constexpr double worthAJolt = 0.01;
 constexpr int longestBackoff = 128;
 
+// Whether something may ask for the step or a sub-step of it again: only then the bodies are kept as they were.
+bool mayBeginAnew(const StepPlan& plan) {
+    return plan.mayBeRefused || plan.mayRestart() || std::isfinite(plan.maxWork);
+}
+
 bool isSound(Guard guard, const SolveReport& report) {
     return guard == Guard::Energy ? !report.gainsEnergy() : std::isfinite(report.energyGained);
 }
@@ -76,7 +81,7 @@ SolveReport StepController<S>::advance(const Course& course, double maxWork) {
     SubstepLimits& limits = problem_.limits;
     const double worth = std::min(maxWork, problem_.plan.maxWork);
     limits.isByPlan = worth < maxWork;
-    if (!course.isFirst && problem_.plan.mayBeRefused) {
+    if (!course.isFirst && mayBeginAnew(problem_.plan)) {
         problem_.atSubstep = problem_.bodies;
     }
     limits.isFirst = course.isFirst;
@@ -105,12 +110,14 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     SubstepLimits& limits = problem_.limits;
     limits.maxWork = maxWork;
     limits.isCold = false;
-    problem_.atStep = problem_.bodies;
     int& halvings = state_.halvings;
     halvings = std::max(0, halvings - 1);
     limits.workPerRow = isAsked() ? infinity<double>() : request_.workPerRow;
     problem_.plan = this->plan(dt);
     const StepPlan& plan = problem_.plan;
+    if (mayBeginAnew(plan)) {
+        problem_.atStep = problem_.bodies;
+    }
     const std::optional<Checkpoint<S>> start =
         plan.guard != Guard::None ? std::optional<Checkpoint<S>>(problem_) : std::nullopt;
     static thread_local Balance<S> balance;

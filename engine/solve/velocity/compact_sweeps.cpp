@@ -75,10 +75,20 @@ template <class S>
 void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h) {
     rows_.begin(problem, spring, warmStart, h);
     readBodies(problem);
-    problem.forEach(problem.contacts.size(), [&](std::size_t c) {
+    const bool inLanes = ContactLanes<S>::areFor(problem);
+    problem.forEach(inLanes && !lanes_.hasRows() ? 0 : problem.contacts.size(), [&](std::size_t c) {
         const ProblemContact<S>& contact = problem.contacts[c];
-        beginContact(problem, contact, spring, warmStart, h, firstPoint(problem, contact));
+        startContact(problem, contact, warmStart, h, firstPoint(problem, contact));
+        if (!inLanes) {
+            beginContact(contact, spring, h, firstPoint(problem, contact));
+        }
     });
+    if (inLanes) {
+        static_assert(sizeof(Mass) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
+        lanes_.begin(problem,
+                     {spring.rate, spring.stiffness, spring.maxSpeed, h, problem.limits.isFirst ? S(1) : warmStart},
+                     &masses_.front().inverse);
+    }
     contactRowCount_ = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {
         contactRowCount_ += static_cast<std::size_t>(contact.hasFriction() ? 3 * contact.count : contact.count);
@@ -86,24 +96,12 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
 }
 
 template <class S>
-void CompactSweeps<S>::beginContact(const Problem<S>& problem, const ProblemContact<S>& contact,
-                                    const PushOutSpring<S>& spring, S warmStart, S h, ContactRows<S>* points) const {
-    const Mass& a = masses_[static_cast<std::size_t>(contact.a)];
-    const Mass& b = masses_[static_cast<std::size_t>(contact.b)];
+void CompactSweeps<S>::startContact(const Problem<S>& problem, const ProblemContact<S>& contact, S warmStart, S h,
+                                    ContactRows<S>* points) const {
     const ProblemPoint<S>* last = problem.points.data() + contact.firstPoint;
-    const Vec3<S>* directions[3] = {&contact.frame.normal, &contact.frame.tangent1, &contact.frame.tangent2};
     for (int k = 0; k < contact.count; ++k, ++last) {
         ContactRows<S>& point = points[k];
-        for (int t = 0; t < (contact.hasFriction() ? 3 : 1); ++t) {
-            const Vec3<S> ra = point.armA.cross(*directions[t]);
-            const Vec3<S> rb = point.armB.cross(*directions[t]);
-            point.delassus[t] = a.inverse + b.inverse + ra.dot(a.spin(ra)) + rb.dot(b.spin(rb));
-        }
         point.friction = frictionCoefficient(problem, contact, point);
-        point.isIdle = false;
-        const bool isOpen = point.C > S(0);
-        point.bias = isOpen ? point.C / h : std::max(spring.rate * point.C, -spring.maxSpeed);
-        point.softness = isOpen ? S(0) : point.delassus[0] / spring.stiffness;
         if (!problem.limits.isFirst) {
             // The tangents turn with the bodies.
             for (S& impulse : point.impulse) {
@@ -119,8 +117,32 @@ void CompactSweeps<S>::beginContact(const Problem<S>& problem, const ProblemCont
 }
 
 template <class S>
+void CompactSweeps<S>::beginContact(const ProblemContact<S>& contact, const PushOutSpring<S>& spring, S h,
+                                    ContactRows<S>* points) const {
+    const Mass& a = masses_[static_cast<std::size_t>(contact.a)];
+    const Mass& b = masses_[static_cast<std::size_t>(contact.b)];
+    const Vec3<S>* directions[3] = {&contact.frame.normal, &contact.frame.tangent1, &contact.frame.tangent2};
+    for (int k = 0; k < contact.count; ++k) {
+        ContactRows<S>& point = points[k];
+        for (int t = 0; t < (contact.hasFriction() ? 3 : 1); ++t) {
+            const Vec3<S> ra = point.armA.cross(*directions[t]);
+            const Vec3<S> rb = point.armB.cross(*directions[t]);
+            point.delassus[t] = a.inverse + b.inverse + ra.dot(a.spin(ra)) + rb.dot(b.spin(rb));
+        }
+        point.isIdle = false;
+        const bool isOpen = point.C > S(0);
+        point.bias = isOpen ? point.C / h : std::max(spring.rate * point.C, -spring.maxSpeed);
+        point.softness = isOpen ? S(0) : point.delassus[0] / spring.stiffness;
+    }
+}
+
+template <class S>
 void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
     rows_.relax(problem, h);
+    if (ContactLanes<S>::areFor(problem)) {
+        lanes_.relax(problem, twists(), h);
+        return;
+    }
     problem.forEach(problem.contacts.size(), [&](std::size_t c) {
         const ProblemContact<S>& contact = problem.contacts[c];
         const Vec6<S>& va = rows_.v[static_cast<std::size_t>(contact.a)];
@@ -144,6 +166,9 @@ S CompactSweeps<S>::pushAll(Problem<S>& problem) {
             slope += rows_.p[i] * (rowDot(problem.rows[i], block, before) + rows_.terms[i].bias);
             rows_.push(problem, i, block, rows_.p[i]);
         }
+    }
+    if (ContactLanes<S>::areFor(problem)) {
+        return lanes_.push(problem, twists(), before_.front().data(), slope);
     }
     return problem.sumColours(slope, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
@@ -172,14 +197,16 @@ void CompactSweeps<S>::warmStart(Problem<S>& problem) {
     for (std::size_t i = 0; i < problem.rows.size(); ++i) {
         curvature += rows_.p[i] * rows_.terms[i].softness * rows_.p[i];
     }
-    curvature = problem.sum(problem.contactRows.size(), curvature, [&](std::size_t begin, std::size_t end) {
-        S sum = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            const ContactRows<S>& point = problem.contactRows[i];
-            sum += point.impulse[0] * point.softness * point.impulse[0];
-        }
-        return sum;
-    });
+    const bool inLanes = ContactLanes<S>::areFor(problem);
+    curvature = inLanes ? lanes_.curvature(problem, curvature)
+                        : problem.sum(problem.contactRows.size(), curvature, [&](std::size_t begin, std::size_t end) {
+                              S sum = 0;
+                              for (std::size_t i = begin; i < end; ++i) {
+                                  const ContactRows<S>& point = problem.contactRows[i];
+                                  sum += point.impulse[0] * point.softness * point.impulse[0];
+                              }
+                              return sum;
+                          });
     curvature = problem.sum(problem.bodies.size(), curvature, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
         for (std::size_t i = begin; i < end; ++i) {
@@ -199,7 +226,10 @@ void CompactSweeps<S>::warmStart(Problem<S>& problem) {
     for (S& impulse : rows_.p) {
         impulse *= share;
     }
-    problem.forEach(problem.contactRows.size(), [&](std::size_t i) {
+    if (inLanes) {
+        lanes_.scale(problem, share);
+    }
+    problem.forEach(inLanes ? 0 : problem.contactRows.size(), [&](std::size_t i) {
         for (S& impulse : problem.contactRows[i].impulse) {
             impulse *= share;
         }
@@ -279,6 +309,9 @@ S CompactSweeps<S>::sweep(Problem<S>& problem, S relaxation) {
 template <class S>
 S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
     rows_.visits += contactRowCount_;
+    if (ContactLanes<S>::areFor(problem)) {
+        return lanes_.sweep(problem, twists(), relaxation, change);
+    }
     return problem.sumColours(change, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
         for (std::size_t c = begin; c < end; ++c) {
@@ -294,6 +327,10 @@ void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& o
     const std::size_t joints = rows_.p.size();
     out.resize(joints + 3 * problem.contactRows.size());
     std::copy(rows_.p.begin(), rows_.p.end(), out.begin());
+    if (ContactLanes<S>::areFor(problem)) {
+        lanes_.copyImpulses(problem, out.data() + joints);
+        return;
+    }
     problem.forEach(problem.contactRows.size(), [&](std::size_t i) {
         for (std::size_t t = 0; t < 3; ++t) {
             out[joints + 3 * i + t] = problem.contactRows[i].impulse[t];
@@ -305,6 +342,10 @@ template <class S>
 void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& change) {
     rows_.add(problem, change);
     const S* const ofContacts = change.data() + rows_.p.size();
+    if (ContactLanes<S>::areFor(problem)) {
+        lanes_.add(problem, twists(), ofContacts);
+        return;
+    }
     problem.sumColours(0, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
             const ProblemContact<S>& contact = problem.contacts[c];

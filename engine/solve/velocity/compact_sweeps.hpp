@@ -1,7 +1,9 @@
 #pragma once
 // The velocity-level problem of one sub-step with joints as rows and contacts in short (contact_rows.hpp): the same
-// update as sweep.hpp's, of a seventh of the memory, and shared by threads colour by colour where the island is worth
-// it. What both give is the same to rounding (test CompactSweeps.*).
+// update as sweep.hpp's, of a seventh of the memory. Where the island is worth it contacts go through the vector unit
+// and are shared by threads, colour by colour (contact_lanes.hpp). What both give is the same to rounding (test
+// CompactSweeps.*).
+#include "engine/solve/velocity/contact_lanes.hpp"
 #include "engine/solve/velocity/row_sweeps.hpp"
 
 namespace cairn {
@@ -10,14 +12,25 @@ template <class S>
 class CompactSweeps {
 public:
     // As those of RowSweeps, and so are the others of the same name.
-    static void linearize(Problem<S>& problem) { problem.linearizeCompact(); }
+    void linearize(Problem<S>& problem) {
+        const bool inLanes = ContactLanes<S>::areFor(problem);
+        problem.linearizeCompact(!inLanes);
+        if (inLanes) {
+            lanes_.place(problem);
+        }
+    }
     void begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h);
     void relax(Problem<S>& problem, S h);
     void readBodies(const Problem<S>& problem);
     void writeBodies(Problem<S>& problem) const { rows_.writeBodies(problem); }
-    void store(Problem<S>& problem, S h) const {
+    void store(Problem<S>& problem, S h) {
         rows_.writeLambda(problem, h);
-        problem.storeCompactLambda(h);
+        if (ContactLanes<S>::areFor(problem)) {
+            problem.storeJointLambda(h);
+            lanes_.store(problem, h);
+        } else {
+            problem.storeCompactLambda(h);
+        }
     }
     // As RowSystem::warmStart(); the curvature in the space of bodies, where p^T A p = dv^T M dv.
     void warmStart(Problem<S>& problem);
@@ -47,14 +60,19 @@ private:
     // Both bodies of a contact while its points are visited: fetched once, and put back where they may move.
     class Bodies;
 
-    void beginContact(const Problem<S>& problem, const ProblemContact<S>& contact, const PushOutSpring<S>& spring,
-                      S warmStart, S h, ContactRows<S>* points) const;
+    // Friction and the impulses to start from; and the other terms.
+    void startContact(const Problem<S>& problem, const ProblemContact<S>& contact, S warmStart, S h,
+                      ContactRows<S>* points) const;
+    void beginContact(const ProblemContact<S>& contact, const PushOutSpring<S>& spring, S h,
+                      ContactRows<S>* points) const;
     S sweepJoints(const Problem<S>& problem, S relaxation);
     S sweepContact(const ProblemContact<S>& contact, ContactRows<S>* points, S relaxation);
+    S* twists() { return rows_.v.empty() ? nullptr : rows_.v.front().data(); }
     // Pushes the bodies by the impulses of all rows. Gives p^T (J v + b) for the twists before.
     S pushAll(Problem<S>& problem);
 
     RowSweeps<S> rows_;  // joints()
+    ContactLanes<S> lanes_;
     std::vector<Mass> masses_;
     std::vector<Vec6<S>> before_;
     std::size_t contactRowCount_ = 0;

@@ -23,14 +23,14 @@ PushOutSpring<S> ImpulseSolver<S>::spring(S h) const {
 template <class S>
 template <class System>
 SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
+    static thread_local System system;
     problem.predict(h);
-    System::linearize(problem);
+    system.linearize(problem);
     resolveImpacts(problem, settings_, h);
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
     }
 
-    static thread_local System system;
     system.begin(problem, spring(h), static_cast<S>(settings_.def.warmStart), h);
     if constexpr (std::is_same_v<System, CompactSweeps<S>>) {
         begin(problem, system, h);

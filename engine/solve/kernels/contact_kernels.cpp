@@ -1,0 +1,457 @@
+#include "engine/solve/kernels/contact_kernels.hpp"
+
+#include <limits>
+
+// Vectors without a size at compile time cannot be members; SSSE3 has nothing that SSE4's machines lack.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV | HWY_SSSE3)
+#define HWY_COMPILE_ALL_ATTAINABLE
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "engine/solve/kernels/contact_kernels.cpp"
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace cairn {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+template <class D>
+struct Vector {
+    hn::Vec<D> x, y, z;
+};
+
+template <class D>
+HWY_INLINE Vector<D> operator+(const Vector<D>& a, const Vector<D>& b) {
+    return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+}
+template <class D>
+HWY_INLINE Vector<D> operator-(const Vector<D>& a, const Vector<D>& b) {
+    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+template <class D>
+HWY_INLINE Vector<D> scaled(hn::Vec<D> s, const Vector<D>& a) {
+    return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
+}
+template <class D>
+HWY_INLINE hn::Vec<D> dot(const Vector<D>& a, const Vector<D>& b) {
+    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+}
+template <class D>
+HWY_INLINE Vector<D> cross(const Vector<D>& a, const Vector<D>& b) {
+    return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+            hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+}
+template <class D, class S, std::size_t width>
+HWY_INLINE Vector<D> load(D d, const S (&a)[3][width], std::size_t lane) {
+    return {hn::Load(d, a[0] + lane), hn::Load(d, a[1] + lane), hn::Load(d, a[2] + lane)};
+}
+// As std::max(0, x), which is 0 where x is no number.
+template <class D>
+HWY_INLINE hn::Vec<D> positive(D d, hn::Vec<D> x) {
+    return hn::IfThenElseZero(hn::Lt(hn::Zero(d), x), x);
+}
+
+// Of each body the three numbers at `from`, where each has `stride`: 6 or 12.
+template <int stride, class D, class S, class Index>
+HWY_INLINE Vector<D> gather(D d, const S* from, const Index* body) {
+    constexpr int shift = stride == 12 ? 3 : 2;
+    const auto i = hn::Load(hn::RebindToSigned<D>(), body);
+    const auto at = hn::Add(hn::ShiftLeft<shift>(i), hn::ShiftLeft<shift - 1>(i));
+    return {hn::GatherIndex(d, from, at), hn::GatherIndex(d, from + 1, at), hn::GatherIndex(d, from + 2, at)};
+}
+
+template <class D>
+struct Frame {
+    using S = hn::TFromD<D>;
+    HWY_INLINE Frame(D d, const ContactPack<S>& pack, std::size_t lane)
+        : normal(load(d, pack.normal, lane)),
+          tangent1(load(d, pack.tangent1, lane)),
+          tangent2(load(d, pack.tangent2, lane)) {}
+    HWY_INLINE Vector<D> inWorld(hn::Vec<D> n, hn::Vec<D> t1, hn::Vec<D> t2) const {
+        return (scaled<D>(n, normal) + scaled<D>(t1, tangent1)) + scaled<D>(t2, tangent2);
+    }
+    Vector<D> normal, tangent1, tangent2;
+};
+
+template <class D>
+struct Twist {
+    using S = hn::TFromD<D>;
+    HWY_INLINE Twist(D d, const S* twists, const typename ContactPack<S>::Index* body)
+        : v(gather<6>(d, twists, body)), w(gather<6>(d, twists + 3, body)) {}
+    // Those of the lanes in `moves`, of which this is from `lane` on.
+    HWY_INLINE void putBack(D d, S* twists, const typename ContactPack<S>::Index* body, std::uint32_t moves) const {
+        constexpr std::size_t width = ContactPack<S>::width;
+        alignas(64) S room[6][width];
+        hn::Store(v.x, d, room[0]);
+        hn::Store(v.y, d, room[1]);
+        hn::Store(v.z, d, room[2]);
+        hn::Store(w.x, d, room[3]);
+        hn::Store(w.y, d, room[4]);
+        hn::Store(w.z, d, room[5]);
+        for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
+            if ((moves >> k & 1U) != 0) {
+                S* to = twists + 6 * body[k];
+                for (std::size_t n = 0; n < 6; ++n) {
+                    to[n] = room[n][k];
+                }
+            }
+        }
+    }
+    Vector<D> v, w;
+};
+
+template <class D>
+struct Mass {
+    using S = hn::TFromD<D>;
+    HWY_INLINE Mass(D d, const S* masses, const typename ContactPack<S>::Index* body) {
+        const hn::RebindToSigned<D> di;
+        const auto i = hn::Load(di, body);
+        const auto seven = hn::Sub(hn::ShiftLeft<3>(i), i);
+        inverse = hn::GatherIndex(d, masses, seven);
+        for (int n = 0; n < 6; ++n) {
+            inertia[n] = hn::GatherIndex(d, masses + 1 + n, seven);
+        }
+    }
+    HWY_INLINE Vector<D> spin(const Vector<D>& l) const {
+        const Vector<D> rows[3] = {{inertia[0], inertia[3], inertia[4]},
+                                   {inertia[3], inertia[1], inertia[5]},
+                                   {inertia[4], inertia[5], inertia[2]}};
+        return {dot<D>(rows[0], l), dot<D>(rows[1], l), dot<D>(rows[2], l)};
+    }
+    hn::Vec<D> inverse;
+    hn::Vec<D> inertia[6];
+};
+
+// Of b against a at the point.
+template <class D>
+HWY_INLINE Vector<D> speed(const Twist<D>& a, const Twist<D>& b, const Vector<D>& armA, const Vector<D>& armB) {
+    return ((b.v + cross<D>(b.w, armB)) - a.v) - cross<D>(a.w, armA);
+}
+
+// Both bodies of the contacts of a pack from `lane` on.
+template <class D>
+struct Bodies {
+    using S = hn::TFromD<D>;
+    HWY_INLINE Bodies(D d, const ContactLanesView<S>& view, const ContactPack<S>& pack, std::size_t lane)
+        : a(d, view.twists, pack.bodyA + lane),
+          b(d, view.twists, pack.bodyB + lane),
+          massA(d, view.masses, pack.bodyA + lane),
+          massB(d, view.masses, pack.bodyB + lane) {}
+    HWY_INLINE void push(const Vector<D>& armA, const Vector<D>& armB, const Vector<D>& impulse) {
+        a.v = a.v - scaled<D>(massA.inverse, impulse);
+        a.w = a.w - massA.spin(cross<D>(armA, impulse));
+        b.v = b.v + scaled<D>(massB.inverse, impulse);
+        b.w = b.w + massB.spin(cross<D>(armB, impulse));
+    }
+    HWY_INLINE void putBack(D d, const ContactLanesView<S>& view, const ContactPack<S>& pack, std::size_t lane) const {
+        a.putBack(d, view.twists, pack.bodyA + lane, pack.movesA >> lane);
+        b.putBack(d, view.twists, pack.bodyB + lane, pack.movesB >> lane);
+    }
+    Twist<D> a, b;
+    Mass<D> massA, massB;
+};
+
+// Calls visit(d, pack, lane) for the lanes of packs [begin, end).
+template <class S, class Visit>
+HWY_INLINE void forLanes(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const Visit& visit) {
+    const hn::CappedTag<S, ContactPack<S>::width> d;
+    for (std::size_t k = begin; k < end; ++k) {
+        for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
+            visit(d, view.packs[k], view.points + view.packs[k].firstRow, lane);
+        }
+    }
+}
+
+template <class D>
+struct Placement {
+    using S = hn::TFromD<D>;
+    HWY_INLINE Placement(D d, const S* placements, const typename ContactPack<S>::Index* body)
+        : x(gather<12>(d, placements, body)),
+          y(gather<12>(d, placements + 3, body)),
+          z(gather<12>(d, placements + 6, body)),
+          position(gather<12>(d, placements + 9, body)) {}
+    // The products are summed in the order in which Eigen does it for double, so that the bits are those of
+    // Problem::placeContacts().
+    HWY_INLINE Vector<D> turned(const Vector<D>& a) const {
+        return {hn::Add(hn::Add(hn::Mul(x.x, a.x), hn::Mul(y.x, a.y)), hn::Mul(z.x, a.z)),
+                hn::Add(hn::Add(hn::Mul(x.y, a.x), hn::Mul(y.y, a.y)), hn::Mul(z.y, a.z)),
+                hn::Add(hn::Mul(x.z, a.x), hn::Add(hn::Mul(y.z, a.y), hn::Mul(z.z, a.z)))};
+    }
+    Vector<D> x, y, z, position;
+};
+
+template <class D>
+HWY_INLINE Vector<D> select(hn::Mask<D> mask, const Vector<D>& yes, const Vector<D>& no) {
+    return {hn::IfThenElse(mask, yes.x, no.x), hn::IfThenElse(mask, yes.y, no.y), hn::IfThenElse(mask, yes.z, no.z)};
+}
+template <class D, class S, std::size_t width>
+HWY_INLINE void store(D d, const Vector<D>& a, S (&to)[3][width], std::size_t lane) {
+    hn::Store(a.x, d, to[0] + lane);
+    hn::Store(a.y, d, to[1] + lane);
+    hn::Store(a.z, d, to[2] + lane);
+}
+
+template <class S>
+void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
+    const hn::CappedTag<S, ContactPack<S>::width> d;
+    using D = hn::CappedTag<S, ContactPack<S>::width>;
+    const auto isRule = [&](hn::Vec<D> rule, ArmRule one)
+                            HWY_ATTR { return hn::Eq(rule, hn::Set(d, static_cast<S>(one))); };
+    for (std::size_t n = begin; n < end; ++n) {
+        ContactPack<S>& pack = view.packs[n];
+        const FramePack<S>& frame = view.frames[n];
+        for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
+            const Placement<D> a(d, view.placements, pack.bodyA + lane);
+            const Placement<D> b(d, view.placements, pack.bodyB + lane);
+            const Placement<D> carrier(d, view.placements, frame.carrier + lane);
+            const Vector<D> normal = carrier.turned(load(d, frame.normal, lane));
+            store(d, normal, pack.normal, lane);
+            store(d, carrier.turned(load(d, frame.tangent1, lane)), pack.tangent1, lane);
+            store(d, carrier.turned(load(d, frame.tangent2, lane)), pack.tangent2, lane);
+            const Vector<D> apart = b.position - a.position;
+            const Vector<D> none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+            for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
+                const PointGeometryPack<S>& from = view.geometry[k];
+                PointPack<S>& point = view.points[k];
+                const Vector<D> onA = a.turned(load(d, from.onA, lane)) + load(d, from.roundA, lane);
+                const Vector<D> onB = b.turned(load(d, from.onB, lane)) + load(d, from.roundB, lane);
+                const auto rule = hn::Load(d, from.rule + lane);
+                Vector<D> armB = select<D>(isRule(rule, ArmRule::OnA), onA - apart, onB);
+                armB = select<D>(isRule(rule, ArmRule::CentreOfA), none - apart, armB);
+                armB = select<D>(isRule(rule, ArmRule::CentreOfB), none, armB);
+                const auto isEmpty = isRule(rule, ArmRule::NoPoint);
+                store(d, select<D>(isEmpty, none, armB), point.armB, lane);
+                store(d, select<D>(isEmpty, none, apart + armB), point.armA, lane);
+                const auto C = dot<D>(normal, (apart + onB) - onA);
+                hn::Store(hn::IfThenElse(isEmpty, hn::Set(d, std::numeric_limits<S>::infinity()), C), d,
+                          point.C + lane);
+            }
+        }
+    }
+}
+
+template <class S>
+void give(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
+    const hn::CappedTag<S, ContactPack<S>::width> d;
+    using D = hn::CappedTag<S, ContactPack<S>::width>;
+    for (std::size_t n = begin; n < end; ++n) {
+        const ContactPack<S>& pack = view.packs[n];
+        for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
+            const Frame<D> frame(d, pack, lane);
+            for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
+                PointGeometryPack<S>& to = view.geometry[k];
+                const Vector<D> p = load(d, view.points[k].impulse, lane);
+                const Vector<D> friction = scaled<D>(p.y, frame.tangent1) + scaled<D>(p.z, frame.tangent2);
+                store(d, load(d, to.given, lane) + (scaled<D>(p.x, frame.normal) + friction), to.given, lane);
+                hn::Store(hn::Add(hn::Load(d, to.givenNormal + lane), p.x), d, to.givenNormal + lane);
+            }
+        }
+    }
+}
+
+template <class S>
+void beginTerms(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const ContactTermRule<S>& rule) {
+    forLanes<S>(
+        view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+            using D = decltype(d);
+            const Mass<D> a(d, view.masses, pack.bodyA + lane);
+            const Mass<D> b(d, view.masses, pack.bodyB + lane);
+            const Frame<D> frame(d, pack, lane);
+            const Vector<D>* const directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
+            const auto zero = hn::Zero(d);
+            const auto warmStart = hn::Set(d, rule.warmStart);
+            for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
+                const Vector<D> armA = load(d, point->armA, lane);
+                const Vector<D> armB = load(d, point->armB, lane);
+                for (int t = 0; t < 3; ++t) {
+                    const Vector<D> ra = cross<D>(armA, *directions[t]);
+                    const Vector<D> rb = cross<D>(armB, *directions[t]);
+                    hn::Store(
+                        hn::Add(hn::Add(hn::Add(a.inverse, b.inverse), dot<D>(ra, a.spin(ra))), dot<D>(rb, b.spin(rb))),
+                        d, point->delassus[t] + lane);
+                }
+                const auto C = hn::Load(d, point->C + lane);
+                const auto isOpen = hn::Lt(zero, C);
+                const auto shut = hn::Mul(hn::Set(d, rule.rate), C);
+                const auto slowest = hn::Set(d, -rule.maxSpeed);
+                const auto bias = hn::IfThenElse(isOpen, hn::Div(C, hn::Set(d, rule.h)),
+                                                 hn::IfThenElse(hn::Lt(shut, slowest), slowest, shut));
+                hn::Store(bias, d, point->bias + lane);
+                const auto soft = hn::Div(hn::Load(d, point->delassus[0] + lane), hn::Set(d, rule.stiffness));
+                hn::Store(hn::IfThenZeroElse(isOpen, soft), d, point->softness + lane);
+                store(d, scaled<D>(warmStart, load(d, point->impulse, lane)), point->impulse, lane);
+            }
+        });
+}
+
+template <class S>
+void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const S* before, S* work) {
+    forLanes<S>(
+        view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+            using D = decltype(d);
+            Bodies<D> bodies(d, view, pack, lane);
+            const Twist<D> a(d, before, pack.bodyA + lane);
+            const Twist<D> b(d, before, pack.bodyB + lane);
+            const Frame<D> frame(d, pack, lane);
+            for (std::size_t k = 0; k < pack.count; ++k, ++point) {
+                const Vector<D> armA = load(d, point->armA, lane);
+                const Vector<D> armB = load(d, point->armB, lane);
+                const Vector<D> p = load(d, point->impulse, lane);
+                const Vector<D> impulse = frame.inWorld(p.x, p.y, p.z);
+                alignas(64) S room[ContactPack<S>::width];
+                hn::Store(
+                    hn::Add(dot<D>(impulse, speed<D>(a, b, armA, armB)), hn::Mul(p.x, hn::Load(d, point->bias + lane))),
+                    d, room);
+                for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+                    if (k < pack.points[lane + n]) {
+                        work[pack.firstPoint[lane + n] + k] = room[n];
+                    }
+                }
+                bodies.push(armA, armB, impulse);
+            }
+            bodies.putBack(d, view, pack, lane);
+        });
+}
+
+// Visits a point of each lane; gives back what it changed beyond `change`.
+template <class D, class S>
+HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, const Frame<D>& frame, Bodies<D>& bodies,
+                                 hn::Vec<D> relaxation, hn::Vec<D> change) {
+    const Vector<D> armA = load(d, point.armA, lane);
+    const Vector<D> armB = load(d, point.armB, lane);
+    const auto delassus1 = hn::Load(d, point.delassus[1] + lane);
+    const auto delassus2 = hn::Load(d, point.delassus[2] + lane);
+    const auto softness = hn::Load(d, point.softness + lane);
+    const Vector<D> p = load(d, point.impulse, lane);
+
+    const auto scale = hn::Add(hn::Load(d, point.delassus[0] + lane), softness);
+    const auto error =
+        hn::Add(hn::Add(dot<D>(frame.normal, speed<D>(bodies.a, bodies.b, armA, armB)), hn::Load(d, point.bias + lane)),
+                hn::Mul(softness, p.x));
+    const auto next = positive(d, hn::Sub(p.x, hn::Div(hn::Mul(relaxation, error), scale)));
+    const auto dp = hn::Sub(next, p.x);
+    bodies.push(armA, armB, scaled<D>(dp, frame.normal));
+    change = hn::Add(change, hn::Mul(hn::Mul(scale, dp), dp));
+
+    const Vector<D> u = speed<D>(bodies.a, bodies.b, armA, armB);
+    auto wanted1 = hn::Sub(p.y, hn::Div(hn::Mul(relaxation, dot<D>(frame.tangent1, u)), delassus1));
+    auto wanted2 = hn::Sub(p.z, hn::Div(hn::Mul(relaxation, dot<D>(frame.tangent2, u)), delassus2));
+    const auto limit = hn::Mul(hn::Load(d, point.friction + lane), next);
+    const auto length = hn::Sqrt(hn::Add(hn::Mul(wanted1, wanted1), hn::Mul(wanted2, wanted2)));
+    const auto share = hn::IfThenElse(hn::Lt(limit, length), hn::Div(limit, length), hn::Set(d, S(1)));
+    wanted1 = hn::Mul(wanted1, share);
+    wanted2 = hn::Mul(wanted2, share);
+    const auto dp1 = hn::Sub(wanted1, p.y);
+    const auto dp2 = hn::Sub(wanted2, p.z);
+    bodies.push(armA, armB, scaled<D>(dp1, frame.tangent1) + scaled<D>(dp2, frame.tangent2));
+    hn::Store(next, d, point.impulse[0] + lane);
+    hn::Store(wanted1, d, point.impulse[1] + lane);
+    hn::Store(wanted2, d, point.impulse[2] + lane);
+    return hn::Add(change, hn::Add(hn::Mul(hn::Mul(delassus1, dp1), dp1), hn::Mul(hn::Mul(delassus2, dp2), dp2)));
+}
+
+template <class S>
+void sweep(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, S relaxation, S* change) {
+    forLanes<S>(view, begin, end,
+                [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+                    using D = decltype(d);
+                    Bodies<D> bodies(d, view, pack, lane);
+                    const Frame<D> frame(d, pack, lane);
+                    const auto xi = hn::Set(d, relaxation);
+                    auto changed = hn::Zero(d);
+                    for (std::size_t k = 0; k < pack.count; ++k) {
+                        changed = sweepPoint<D, S>(d, point[k], lane, frame, bodies, xi, changed);
+                    }
+                    bodies.putBack(d, view, pack, lane);
+                    alignas(64) S room[ContactPack<S>::width];
+                    hn::Store(changed, d, room);
+                    for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+                        if (pack.points[lane + n] > 0) {
+                            change[pack.contact[lane + n]] = room[n];
+                        }
+                    }
+                });
+}
+
+template <class S>
+void relax(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, S h) {
+    forLanes<S>(
+        view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+            using D = decltype(d);
+            const Twist<D> a(d, view.twists, pack.bodyA + lane);
+            const Twist<D> b(d, view.twists, pack.bodyB + lane);
+            const Vector<D> normal = load(d, pack.normal, lane);
+            const auto step = hn::Set(d, h);
+            const auto zero = hn::Zero(d);
+            for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
+                const Vector<D> armA = load(d, point->armA, lane);
+                const Vector<D> armB = load(d, point->armB, lane);
+                const auto C = hn::Load(d, point->C + lane);
+                const auto isIdle = hn::And(hn::Lt(zero, C), hn::Eq(hn::Load(d, point->impulse[0] + lane), zero));
+                const auto ahead = hn::Add(C, hn::Mul(step, dot<D>(normal, speed<D>(a, b, armA, armB))));
+                hn::Store(hn::IfThenElse(isIdle, hn::Set(d, std::numeric_limits<S>::infinity()),
+                                         hn::Div(positive(d, ahead), step)),
+                          d, point->bias + lane);
+                hn::Store(zero, d, point->softness + lane);
+            }
+        });
+}
+
+template <class S>
+ContactKernels<S> kernels() {
+    return {hwy::TargetName(HWY_TARGET), place<S>, beginTerms<S>, push<S>, sweep<S>, relax<S>, give<S>};
+}
+ContactKernels<float> floatKernels() {
+    return kernels<float>();
+}
+ContactKernels<double> doubleKernels() {
+    return kernels<double>();
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace cairn
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace cairn {
+namespace {
+
+HWY_EXPORT(floatKernels);
+HWY_EXPORT(doubleKernels);
+
+template <class S>
+ContactKernels<S> chosen() {
+    if constexpr (std::is_same_v<S, float>) {
+        return HWY_DYNAMIC_DISPATCH(floatKernels)();
+    } else {
+        return HWY_DYNAMIC_DISPATCH(doubleKernels)();
+    }
+}
+
+}  // namespace
+
+template <class S>
+const ContactKernels<S>& contactKernels() {
+    static const ContactKernels<S> kernels = chosen<S>();
+    return kernels;
+}
+
+template <class S>
+std::vector<ContactKernels<S>> allContactKernels() {
+    std::vector<ContactKernels<S>> all;
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+        hwy::GetChosenTarget().Update(target);
+        all.push_back(chosen<S>());
+    }
+    hwy::GetChosenTarget().DeInit();
+    return all;
+}
+
+template const ContactKernels<float>& contactKernels();
+template const ContactKernels<double>& contactKernels();
+template std::vector<ContactKernels<float>> allContactKernels();
+template std::vector<ContactKernels<double>> allContactKernels();
+
+}  // namespace cairn
+#endif

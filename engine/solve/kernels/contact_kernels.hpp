@@ -1,0 +1,122 @@
+#pragma once
+// Sweeps over contacts, a contact a lane. What is visited together touches no moving body in common (a colour of
+// Problem::contactColours), so that lanes, packs and threads may come in any order and the bits stay the same. Each
+// lane does what the scalar code of compact_sweeps.cpp does, operation by operation, without fused multiply-adds: all
+// instruction sets have the same bits, and in double those of the scalar code (test ContactKernels.*). Of three
+// products of floats Eigen adds the last two first. Plain pointers and no Eigen: its layout changes under the
+// instruction sets that these are compiled for.
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+namespace cairn {
+
+// Contacts of one colour, all with `count` points or fewer: bodies, and the frame in this sub-step.
+template <class S>
+struct alignas(64) ContactPack {
+    static constexpr std::size_t width = 64 / sizeof(S);
+    using Index = std::conditional_t<sizeof(S) == 8, std::int64_t, std::int32_t>;
+
+    S normal[3][width];
+    S tangent1[3][width];
+    S tangent2[3][width];
+    Index bodyA[width];
+    Index bodyB[width];
+    std::uint32_t contact[width];     // of Problem::contacts
+    std::uint32_t firstPoint[width];  // of Problem::points
+    std::uint8_t points[width];       // of each; 0: the lane is empty
+    std::uint32_t movesA = 0;         // bit k: the body of lane k takes pushes; what does not is shared, and only read
+    std::uint32_t movesB = 0;
+    std::uint32_t firstRow = 0;  // of the PointPacks, one for each of `count` points
+    std::uint32_t count = 0;
+};
+
+// A point of each contact of a pack, as ContactRows. Of lanes without one the arms are 0 and C infinite.
+template <class S>
+struct alignas(64) PointPack {
+    static constexpr std::size_t width = ContactPack<S>::width;
+
+    S armA[3][width];
+    S armB[3][width];
+    S C[width];
+    S delassus[3][width];
+    S friction[width];
+    S impulse[3][width];
+    S bias[width];  // infinite: the point is open, and left alone
+    S softness[width];
+};
+
+// The frames of a pack as ContactGeometry has them for the step, each in axes of its carrier.
+template <class S>
+struct alignas(64) FramePack {
+    static constexpr std::size_t width = ContactPack<S>::width;
+
+    S normal[3][width];
+    S tangent1[3][width];
+    S tangent2[3][width];
+    typename ContactPack<S>::Index carrier[width];  // a body, or the place of the world
+};
+
+// Where the forces of a point act on b: contactArms().
+enum class ArmRule : std::uint8_t { OnB, OnA, CentreOfA, CentreOfB, NoPoint };
+
+// Points likewise, and what they gave.
+template <class S>
+struct alignas(64) PointGeometryPack {
+    static constexpr std::size_t width = ContactPack<S>::width;
+
+    S onA[3][width];  // m, less the round part, in the body's axes; and that part, in the world's
+    S roundA[3][width];
+    S onB[3][width];
+    S roundB[3][width];
+    S rule[width];         // an ArmRule
+    S given[3][width];     // N s since the first sub-step, on b, world axes
+    S givenNormal[width];  // along the normal
+};
+
+// What the kernels read and write.
+template <class S>
+struct ContactLanesView {
+    ContactPack<S>* packs;
+    PointPack<S>* points;
+    FramePack<S>* frames;            // by pack
+    PointGeometryPack<S>* geometry;  // by PointPack
+    const S* placements;  // twelve a body: columns of its rotation and position, m; after the last body the world's own
+    S* twists;            // six a body
+    const S* masses;      // seven a body: 1/kg, and of the inverse inertia in world axes xx, yy, zz, xy, xz, yz
+};
+
+// Of the push-out, as PushOutSpring; h in s.
+template <class S>
+struct ContactTermRule {
+    S rate, stiffness, maxSpeed, h;
+    S warmStart;  // share of the impulses to start from
+};
+
+// Each over packs [begin, end).
+template <class S>
+struct ContactKernels {
+    const char* instructionSet;
+    // Frames, arms and C where the bodies are now.
+    void (*place)(const ContactLanesView<S>&, std::size_t begin, std::size_t end);
+    // Delassus, bias, softness and the impulses to start from.
+    void (*begin)(const ContactLanesView<S>&, std::size_t begin, std::size_t end, const ContactTermRule<S>& rule);
+    // Pushes the bodies by the impulses. To `work`, by point: p^T (J v + b) for the twists `before`.
+    void (*push)(const ContactLanesView<S>&, std::size_t begin, std::size_t end, const S* before, S* work);
+    // A sweep as CompactSweeps::sweepContacts(). To `change`, by contact: what it changed.
+    void (*sweep)(const ContactLanesView<S>&, std::size_t begin, std::size_t end, S relaxation, S* change);
+    // Turns to sweeps without push-out.
+    void (*relax)(const ContactLanesView<S>&, std::size_t begin, std::size_t end, S h);
+    // Adds the impulses to what the points gave.
+    void (*give)(const ContactLanesView<S>&, std::size_t begin, std::size_t end);
+};
+
+// Those of the best instruction set that this machine has.
+template <class S>
+const ContactKernels<S>& contactKernels();
+// Of all that it has.
+template <class S>
+std::vector<ContactKernels<S>> allContactKernels();
+
+}  // namespace cairn

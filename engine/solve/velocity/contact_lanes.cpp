@@ -1,0 +1,351 @@
+#include "engine/solve/velocity/contact_lanes.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr std::size_t packsAtOnce = 8;  // of a thread
+constexpr std::size_t bodyPlaces = 12;  // of ContactLanesView::placements
+
+template <class S, std::size_t width>
+void put(S (&to)[3][width], std::size_t lane, const Vec3<S>& x) {
+    to[0][lane] = x.x();
+    to[1][lane] = x.y();
+    to[2][lane] = x.z();
+}
+template <class S, std::size_t width>
+Vec3<S> get(const S (&from)[3][width], std::size_t lane) {
+    return {from[0][lane], from[1][lane], from[2][lane]};
+}
+
+}  // namespace
+
+template <class S>
+template <class Visit>
+void ContactLanes<S>::forPoints(const Problem<S>& problem, const Visit& visit) const {
+    problem.forEach(packs_.size(), [&](std::size_t n) {
+        const Pack& pack = packs_[n];
+        for (std::size_t lane = 0; lane < Pack::width; ++lane) {
+            for (std::size_t k = 0; k < pack.points[lane]; ++k) {
+                visit(pack, lane, pack.firstPoint[lane] + k, pack.firstRow + k);
+            }
+        }
+    });
+}
+
+template <class S>
+template <class Visit>
+void ContactLanes<S>::forPacks(const Problem<S>& problem, const Visit& visit) const {
+    const std::size_t chunks = (packs_.size() + packsAtOnce - 1) / packsAtOnce;
+    parallelFor(*problem.jobs, chunks, 1, [&](std::size_t c) {
+        visit(contactKernels<S>(), c * packsAtOnce, std::min(packs_.size(), (c + 1) * packsAtOnce));
+    });
+}
+
+template <class S>
+template <class Visit>
+void ContactLanes<S>::forColours(const Problem<S>& problem, const Visit& visit) const {
+    std::size_t begin = 0;
+    for (std::size_t k = 0; k < ends_.size(); ++k) {
+        const std::size_t count = ends_[k] - begin;
+        const std::size_t chunks = (count + packsAtOnce - 1) / packsAtOnce;
+        if (k + 1 == ends_.size() || problem.jobs->threadCount() == 1) {
+            visit(begin, ends_[k]);
+        } else {
+            parallelFor(*problem.jobs, chunks, 1, [&](std::size_t c) {
+                visit(begin + c * packsAtOnce, begin + std::min(count, (c + 1) * packsAtOnce));
+            });
+        }
+        begin = ends_[k];
+    }
+}
+
+template <class S>
+void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* contacts, std::size_t count) {
+    Pack& pack = packs_.emplace_back();
+    pack.firstRow = packs_.size() > 1 ? (&pack - 1)->firstRow + (&pack - 1)->count : 0;
+    pack.count = 0;
+    for (std::size_t lane = 0; lane < Pack::width; ++lane) {
+        const bool isFull = lane < count;
+        const ProblemContact<S>& contact = problem.contacts[contacts[isFull ? lane : 0]];
+        pack.bodyA[lane] = contact.a;
+        pack.bodyB[lane] = contact.b;
+        pack.contact[lane] = contacts[isFull ? lane : 0];
+        pack.firstPoint[lane] = static_cast<std::uint32_t>(contact.firstPoint);
+        pack.points[lane] = static_cast<std::uint8_t>(isFull ? contact.count : 0);
+        pack.count = std::max<std::uint32_t>(pack.count, pack.points[lane]);
+        const auto moves = [&](int body) {
+            return isFull && problem.bodies[static_cast<std::size_t>(body)].inverseMass > S(0) ? 1U << lane : 0U;
+        };
+        pack.movesA |= moves(contact.a);
+        pack.movesB |= moves(contact.b);
+    }
+}
+
+template <class S>
+void ContactLanes<S>::layOut(const Problem<S>& problem) {
+    packs_.clear();
+    ends_.clear();
+    std::size_t begin = 0;
+    for (std::size_t k = 0; k < problem.contactColours.size(); ++k) {
+        const std::size_t end = problem.contactColours[k];
+        order_.clear();
+        // Those with as many points beside each other, so that few lanes stay empty.
+        for (int count = 4; count > 0; --count) {
+            for (std::size_t c = begin; c < end; ++c) {
+                if (problem.contacts[c].count == count) {
+                    order_.push_back(static_cast<std::uint32_t>(c));
+                }
+            }
+        }
+        const bool isColour = k + 1 < problem.contactColours.size();
+        if (!isColour) {
+            std::sort(order_.begin(), order_.end());
+        }
+        const std::size_t step = isColour ? Pack::width : 1;
+        for (std::size_t n = 0; n < order_.size(); n += step) {
+            addPack(problem, order_.data() + n, std::min(step, order_.size() - n));
+        }
+        ends_.push_back(packs_.size());
+        begin = end;
+    }
+    frames_.resize(packs_.size());
+    const std::size_t rows = packs_.empty() ? 0 : packs_.back().firstRow + packs_.back().count;
+    points_.resize(rows);
+    geometry_.resize(rows);
+}
+
+template <class S>
+void ContactLanes<S>::fillPoint(const ContactGeometry<S>& from, PointGeometryPack<S>& to, std::size_t lane) const {
+    put(to.onA, lane, Vec3<S>(from.onA - from.roundA));
+    put(to.roundA, lane, from.startRoundA);
+    put(to.onB, lane, Vec3<S>(from.onB - from.roundB));
+    put(to.roundB, lane, from.startRoundB);
+    const ArmRule rule = from.particleB                                   ? ArmRule::CentreOfB
+                         : from.particleA                                 ? ArmRule::CentreOfA
+                         : from.carrier == ContactGeometry<S>::Carrier::B ? ArmRule::OnA
+                                                                          : ArmRule::OnB;
+    to.rule[lane] = static_cast<S>(rule);
+}
+
+template <class S>
+void ContactLanes<S>::fill(const Problem<S>& problem, std::size_t n) {
+    using Carrier = typename ContactGeometry<S>::Carrier;
+    const Pack& pack = packs_[n];
+    FramePack<S>& frame = frames_[n];
+    for (std::size_t lane = 0; lane < Pack::width; ++lane) {
+        const ContactGeometry<S>& first = problem.geometry[pack.firstPoint[lane]];
+        Vec3<S> tangent1, tangent2;
+        completeBasis(first.normal, tangent1, tangent2);
+        const bool stands = first.carrier == Carrier::None;
+        const auto carried = [&](const Vec3<S>& x) -> Vec3<S> { return stands ? Vec3<S>(first.startCarrier * x) : x; };
+        put(frame.normal, lane, carried(first.normal));
+        put(frame.tangent1, lane, carried(tangent1));
+        put(frame.tangent2, lane, carried(tangent2));
+        frame.carrier[lane] = stands ? static_cast<typename Pack::Index>(problem.bodies.size())
+                                     : (first.carrier == Carrier::B ? pack.bodyB : pack.bodyA)[lane];
+        const S friction = problem.contacts[pack.contact[lane]].friction;
+        for (std::size_t k = 0; k < pack.count; ++k) {
+            PointGeometryPack<S>& to = geometry_[pack.firstRow + k];
+            if (k < pack.points[lane]) {
+                fillPoint(problem.geometry[pack.firstPoint[lane] + k], to, lane);
+            } else {
+                to.rule[lane] = static_cast<S>(ArmRule::NoPoint);
+            }
+            put<S>(to.given, lane, Vec3<S>::Zero());
+            to.givenNormal[lane] = S(0);
+            Row& row = points_[pack.firstRow + k];
+            put<S>(row.impulse, lane, Vec3<S>::Zero());
+            row.friction[lane] = friction;
+        }
+    }
+}
+
+template <class S>
+bool ContactLanes<S>::isLaidOut(const Problem<S>& problem) const {
+    return !problem.limits.isFirst &&
+           laidOut_ == std::array{problem.bodies.size(), problem.contacts.size(), problem.points.size()};
+}
+
+template <class S>
+bool ContactLanes<S>::asksForRows(const Problem<S>& problem) const {
+    return needsRows_ || problem.keepsForces();
+}
+
+template <class S>
+void ContactLanes<S>::place(Problem<S>& problem) {
+    if (!isLaidOut(problem)) {
+        layOut(problem);
+        laidOut_ = {problem.bodies.size(), problem.contacts.size(), problem.points.size()};
+        needsRows_ = std::any_of(problem.contacts.begin(), problem.contacts.end(), [](const auto& contact) {
+            return contact.restitution > S(0) || contact.friction != contact.staticFriction;
+        });
+        placements_.assign(bodyPlaces * (problem.bodies.size() + 1), S(0));
+        Eigen::Map<Mat3<S>>(placements_.data() + bodyPlaces * problem.bodies.size()).setIdentity();
+        problem.forEach(packs_.size(), [&](std::size_t n) { fill(problem, n); });
+    }
+    problem.forEach(problem.bodies.size(), [&](std::size_t i) {
+        const Placement<S> placement(problem.bodies[i].pose);
+        Eigen::Map<Mat3<S>> rotation(placements_.data() + bodyPlaces * i);
+        rotation = placement.rotation;
+        Eigen::Map<Vec3<S>>(placements_.data() + bodyPlaces * i + 9) = placement.position;
+    });
+    forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
+        kernels.place(view(nullptr), begin, end);
+    });
+    hasRows_ = asksForRows(problem);
+    if (hasRows_) {
+        writeRows(problem);
+    }
+}
+
+template <class S>
+void ContactLanes<S>::writeRows(Problem<S>& problem) const {
+    problem.contactRows.resize(problem.points.size());
+    forPoints(problem, [&](const Pack& pack, std::size_t lane, std::size_t point, std::size_t row) {
+        if (row == pack.firstRow) {
+            problem.contacts[pack.contact[lane]].frame = {get(pack.normal, lane), get(pack.tangent1, lane),
+                                                          get(pack.tangent2, lane)};
+        }
+        problem.contactRows[point].place(
+            {get(points_[row].armA, lane), get(points_[row].armB, lane), points_[row].C[lane]});
+    });
+}
+
+template <class S>
+void ContactLanes<S>::begin(const Problem<S>& problem, const ContactTermRule<S>& rule, const S* masses) {
+    masses_ = masses;
+    if (hasRows_) {
+        forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t point, std::size_t row) {
+            points_[row].friction[lane] = problem.contactRows[point].friction;
+            for (std::size_t t = 0; t < 3 && problem.limits.isFirst; ++t) {
+                points_[row].impulse[t][lane] = problem.contactRows[point].impulse[t];
+            }
+        });
+    }
+    forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
+        kernels.begin(view(nullptr), begin, end, rule);
+    });
+}
+
+template <class S>
+void ContactLanes<S>::relax(const Problem<S>& problem, S* twists, S h) {
+    forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
+        kernels.relax(view(twists), begin, end, h);
+    });
+}
+
+template <class S>
+S ContactLanes<S>::push(const Problem<S>& problem, S* twists, const S* before, S slope) {
+    terms_.resize(problem.points.size());
+    forColours(problem, [&](std::size_t begin, std::size_t end) {
+        contactKernels<S>().push(view(twists), begin, end, before, terms_.data());
+    });
+    return problem.sumColours(slope, [&](std::size_t begin, std::size_t end) {
+        S sum = 0;
+        for (std::size_t c = begin; c < end; ++c) {
+            const std::size_t first = static_cast<std::size_t>(problem.contacts[c].firstPoint);
+            for (std::size_t i = first; i < first + static_cast<std::size_t>(problem.contacts[c].count); ++i) {
+                sum += terms_[i];
+            }
+        }
+        return sum;
+    });
+}
+
+template <class S>
+S ContactLanes<S>::curvature(const Problem<S>& problem, S sum) {
+    terms_.resize(problem.points.size());
+    forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t point, std::size_t row) {
+        const Row& from = points_[row];
+        terms_[point] = from.impulse[0][lane] * from.softness[lane] * from.impulse[0][lane];
+    });
+    return problem.sum(terms_.size(), sum, [&](std::size_t begin, std::size_t end) {
+        S part = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            part += terms_[i];
+        }
+        return part;
+    });
+}
+
+template <class S>
+void ContactLanes<S>::scale(const Problem<S>& problem, S share) {
+    forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t, std::size_t row) {
+        for (auto& impulse : points_[row].impulse) {
+            impulse[lane] *= share;
+        }
+    });
+}
+
+template <class S>
+S ContactLanes<S>::sweep(const Problem<S>& problem, S* twists, S relaxation, S change) {
+    terms_.assign(problem.contacts.size(), S(0));
+    forColours(problem, [&](std::size_t begin, std::size_t end) {
+        contactKernels<S>().sweep(view(twists), begin, end, relaxation, terms_.data());
+    });
+    return problem.sumColours(change, [&](std::size_t begin, std::size_t end) {
+        S sum = 0;
+        for (std::size_t c = begin; c < end; ++c) {
+            sum += terms_[c];
+        }
+        return sum;
+    });
+}
+
+template <class S>
+void ContactLanes<S>::copyImpulses(const Problem<S>& problem, S* impulses) const {
+    forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t point, std::size_t row) {
+        for (std::size_t t = 0; t < 3; ++t) {
+            impulses[3 * point + t] = points_[row].impulse[t][lane];
+        }
+    });
+}
+
+template <class S>
+void ContactLanes<S>::exchange(const Problem<S>& problem, S* impulses) {
+    forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t point, std::size_t row) {
+        for (std::size_t t = 0; t < 3; ++t) {
+            std::swap(points_[row].impulse[t][lane], impulses[3 * point + t]);
+        }
+    });
+}
+
+template <class S>
+void ContactLanes<S>::add(const Problem<S>& problem, S* twists, const S* change) {
+    sum_.assign(change, change + 3 * problem.points.size());
+    exchange(problem, sum_.data());
+    for (std::size_t i = 0; i < sum_.size(); ++i) {
+        sum_[i] += change[i];
+    }
+    push(problem, twists, twists, S(0));
+    exchange(problem, sum_.data());
+}
+
+template <class S>
+void ContactLanes<S>::store(Problem<S>& problem, S h) {
+    forPacks(problem,
+             [&](const auto& kernels, std::size_t begin, std::size_t end) { kernels.give(view(nullptr), begin, end); });
+    if (!problem.keepsForces()) {
+        return;
+    }
+    const S perTime = S(1) / h;
+    forPoints(problem, [&](const Pack& pack, std::size_t lane, std::size_t point, std::size_t row) {
+        const Row& from = points_[row];
+        const Vec3<S> friction =
+            from.impulse[1][lane] * get(pack.tangent1, lane) + from.impulse[2][lane] * get(pack.tangent2, lane);
+        const Vec3<S> impulse = from.impulse[0][lane] * get(pack.normal, lane) + friction;
+        problem.keepForces(point, perTime * from.impulse[0][lane], perTime * friction, perTime * impulse);
+        if (problem.limits.isLast) {
+            problem.give(point, {get(geometry_[row].given, lane), geometry_[row].givenNormal[lane]});
+            // The error of the step is measured with them.
+            for (std::size_t t = 0; t < 3; ++t) {
+                problem.contactRows[point].delassus[t] = from.delassus[t][lane];
+            }
+        }
+    });
+}
+
+template class ContactLanes<float>;
+template class ContactLanes<double>;
+
+}  // namespace cairn

@@ -1,0 +1,276 @@
+// Sweeps over lanes: every instruction set of this machine against every other, and against contacts taken one by one.
+#include "engine/problem/colouring.hpp"
+#include "engine/solve/velocity/compact_sweeps.hpp"
+#include "tests/engine/hand_made_island.hpp"
+
+#include <cairn/jobs.hpp>
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace cairn {
+namespace {
+
+// Packs of contacts with one to four points, of which one lane is empty; no two bodies of a pack are the same, but for
+// a fixed one, number 0.
+template <class S>
+struct Packs {
+    static constexpr std::size_t width = ContactPack<S>::width;
+    static constexpr std::size_t count = 3;
+    static constexpr std::size_t bodies = 2 * width + 1;
+
+    explicit Packs(TestRandom& random)
+        : rows(4 * count), geometry(4 * count), placements(12 * (bodies + 1)), twists(6 * bodies), masses(7 * bodies) {
+        for (S& twist : twists) {
+            twist = static_cast<S>(random.uniform(-1, 1));
+        }
+        for (std::size_t body = 0; body <= bodies; ++body) {
+            const Mat3<S> rotation = random.rotation().toRotationMatrix().template cast<S>();
+            std::copy_n(rotation.data(), 9, placements.data() + 12 * body);
+            for (std::size_t n = 0; n < 7 && body > 0 && body < bodies; ++n) {
+                masses[7 * body + n] = static_cast<S>(n < 4 ? random.uniform(0.5, 2) : random.uniform(-0.1, 0.1));
+            }
+        }
+        for (std::size_t n = 0; n < count; ++n) {
+            packs[n].firstRow = static_cast<std::uint32_t>(4 * n);
+            packs[n].count = 4;
+            for (std::size_t lane = 0; lane < width; ++lane) {
+                fill(random, n, lane);
+            }
+        }
+    }
+    void fill(TestRandom& random, std::size_t n, std::size_t lane) {
+        ContactPack<S>& pack = packs[n];
+        const bool isEmpty = lane == 2;
+        const auto body = [&](std::size_t k) {
+            return static_cast<typename ContactPack<S>::Index>(1 + (k + 5 * n) % (bodies - 1));
+        };
+        pack.bodyA[lane] = lane % 3 == 0 ? 0 : body(2 * lane);
+        pack.bodyB[lane] = body(2 * lane + 1);
+        pack.movesA |= lane % 3 == 0 || isEmpty ? 0U : 1U << lane;
+        pack.movesB |= isEmpty ? 0U : 1U << lane;
+        pack.contact[lane] = static_cast<std::uint32_t>(width * n + lane);
+        pack.firstPoint[lane] = 4 * pack.contact[lane];
+        pack.points[lane] = static_cast<std::uint8_t>(isEmpty ? 0 : 4 - lane % 4);
+        FramePack<S>& frame = frames[n];
+        frame.carrier[lane] = lane % 4 == 3   ? static_cast<typename ContactPack<S>::Index>(bodies)
+                              : lane % 4 == 1 ? pack.bodyB[lane]
+                                              : pack.bodyA[lane];
+        const Vec3d normal = random.direction();
+        Vec3d across, along;
+        completeBasis(normal, across, along);
+        put(frame.normal, lane, normal);
+        put(frame.tangent1, lane, across);
+        put(frame.tangent2, lane, along);
+        for (std::size_t k = 0; k < 4; ++k) {
+            PointGeometryPack<S>& on = geometry[pack.firstRow + k];
+            put(on.onA, lane, random.vector(0.5));
+            put(on.onB, lane, random.vector(0.5));
+            put(on.roundA, lane, random.vector(0.1));
+            put(on.roundB, lane, random.vector(0.1));
+            on.rule[lane] = static_cast<S>(k < pack.points[lane] ? (lane + k) % 4 : 4);
+            PointPack<S>& row = rows[pack.firstRow + k];
+            row.friction[lane] = static_cast<S>(random.uniform(0, 0.6));
+            if (k < pack.points[lane]) {
+                put(row.impulse, lane, 0.1 * random.vector(1) + 0.5 * Vec3d::UnitX());
+            }
+        }
+    }
+    static void put(S (&to)[3][width], std::size_t lane, const Vec3d& x) {
+        for (int k = 0; k < 3; ++k) {
+            to[k][lane] = static_cast<S>(x[k]);
+        }
+    }
+    // All that the kernels answer, one after the other.
+    std::vector<S> answer(const ContactKernels<S>& kernels) {
+        std::vector<S> all;
+        std::vector<S> work(4 * width * count);
+        const std::vector<S> before = twists;
+        const ContactLanesView<S> view{packs.data(),      rows.data(),   frames.data(), geometry.data(),
+                                       placements.data(), twists.data(), masses.data()};
+        kernels.place(view, 0, count);
+        kernels.begin(view, 0, count, {S(10), S(20), S(3), S(0.01), S(0.9)});
+        kernels.push(view, 0, count, before.data(), work.data());
+        all.insert(all.end(), work.begin(), work.end());
+        for (int k = 0; k < 4; ++k) {
+            std::vector<S> change(width * count);
+            kernels.sweep(view, 0, count, S(1.2), change.data());
+            all.insert(all.end(), change.begin(), change.end());
+            if (k == 1) {
+                kernels.relax(view, 0, count, S(0.01));
+            }
+        }
+        kernels.give(view, 0, count);
+        all.insert(all.end(), twists.begin(), twists.end());
+        for (const ContactPack<S>& pack : packs) {
+            for (std::size_t lane = 0; lane < width; ++lane) {
+                for (std::size_t k = 0; k < pack.points[lane]; ++k) {
+                    const PointPack<S>& row = rows[pack.firstRow + k];
+                    all.insert(all.end(),
+                               {row.impulse[0][lane], row.impulse[1][lane], row.impulse[2][lane], row.bias[lane],
+                                row.delassus[2][lane], row.armA[0][lane], geometry[pack.firstRow + k].given[2][lane]});
+                }
+            }
+        }
+        return all;
+    }
+
+    std::array<ContactPack<S>, count> packs{};
+    std::array<FramePack<S>, count> frames{};
+    std::vector<PointPack<S>> rows;
+    std::vector<PointGeometryPack<S>> geometry;
+    std::vector<S> placements, twists, masses;
+};
+
+template <class S>
+void expectSameBits() {
+    TestRandom random(11);
+    const auto all = allContactKernels<S>();
+    ASSERT_GE(all.size(), 2U);
+    for (int trial = 0; trial < 20; ++trial) {
+        const Packs<S> start(random);
+        std::vector<S> first;
+        for (const ContactKernels<S>& kernels : all) {
+            Packs<S> packs = start;
+            const std::vector<S> answer = packs.answer(kernels);
+            EXPECT_TRUE(std::none_of(answer.begin(), answer.end(), [](S x) { return std::isnan(x); }));
+            EXPECT_NE(packs.twists, start.twists);
+            first = first.empty() ? answer : first;
+            EXPECT_EQ(std::memcmp(answer.data(), first.data(), answer.size() * sizeof(S)), 0)
+                << kernels.instructionSet << " and " << all.front().instructionSet;
+        }
+    }
+}
+
+TEST(ContactKernels, SameBitsByEveryInstructionSet) {
+    expectSameBits<float>();
+    expectSameBits<double>();
+}
+
+// Layers of bodies, each on two of the layer below, the lowest on a floor, two of them particles; one to four points a
+// contact, some open, some round; one contact without friction, and one that `sticks` better than it slides.
+HandMadeIsland wall(TestRandom& random, bool sticks) {
+    HandMadeIsland island;
+    Problem<double>& problem = island.problem;
+    island.fixed(Vec3d(0, -1, 0));
+    constexpr int across = 9;
+    for (int k = 0; k < 4 * across; ++k) {
+        const int layer = k / across;
+        const Vec3d place = random.vector(0.1) + Vec3d(k % across, layer, 0);
+        if (k % 20 == 5) {
+            island.particle(place, 0.5, random.vector(1));
+            continue;
+        }
+        island.body({place, random.rotation()}, 1 + k % 3, Vec3d(0.2, 0.3, 0.4), random.vector(1), random.vector(2));
+    }
+    std::vector<Pushed> pushed;
+    const auto touch = [&](int a, int b) {
+        ProblemContact<double>& contact = problem.contacts.emplace_back();
+        contact.a = a;
+        contact.b = b;
+        contact.firstPoint = static_cast<int>(problem.points.size());
+        contact.count = 1 + static_cast<int>(problem.contacts.size() % 4);
+        contact.friction = contact.staticFriction = problem.contacts.size() == 7 ? 0 : 0.5;
+        contact.staticFriction += sticks && problem.contacts.size() == 9 ? 0.2 : 0;
+        pushed.push_back({a == 0 ? -1 : a, b, -1, -1});
+        for (int k = 0; k < contact.count; ++k) {
+            ContactGeometry<double>& geometry = problem.geometry.emplace_back();
+            geometry.onA = random.vector(0.5);
+            geometry.onB = random.vector(0.5);
+            geometry.normal = random.direction();
+            geometry.roundA = contact.count == 1 ? random.vector(0.2) : Vec3d::Zero();
+            geometry.roundB = contact.count < 3 && b % 2 == 0 ? random.vector(0.2) : Vec3d::Zero();
+            geometry.particleA = problem.bodies[static_cast<std::size_t>(a)].particle;
+            geometry.particleB = problem.bodies[static_cast<std::size_t>(b)].particle;
+            ProblemPoint<double>& point = problem.points.emplace_back();
+            point.normalForce = random.uniform(0, 3);
+            point.friction = random.vector(0.5);
+        }
+    };
+    for (int k = 1; k <= 4 * across; ++k) {
+        touch(std::max(0, k - across), k);
+        touch(std::max(0, k - across + 1), k);
+    }
+    Colouring colouring;
+    findColours(pushed, problem.bodies.size(), colouring);
+    const std::vector<ProblemContact<double>> given = problem.contacts;
+    for (std::size_t k = 0; k < given.size(); ++k) {
+        problem.contacts[k] = given[colouring.order[k]];
+    }
+    problem.contactColours = colouring.ends;
+    problem.startContacts();
+    return island;
+}
+
+// What is known of the problem after three sub-steps. To `change`, of all their sweeps together, J.
+std::vector<double> answerOf(Problem<double> problem, double& change) {
+    constexpr double h = 0.01;
+    std::vector<double> all;
+    CompactSweeps<double> sweeps;
+    problem.beginImpulses();
+    for (int step = 0; step < 3; ++step) {
+        problem.limits.isFirst = step == 0;
+        problem.limits.isLast = step == 2;
+        problem.predict(h);
+        sweeps.linearize(problem);
+        sweeps.begin(problem, {10, 20, 3}, 0.9, h);
+        sweeps.warmStart(problem);
+        change += sweeps.sweep(problem, 1.2);
+        std::vector<double> more;
+        sweeps.copyImpulses(problem, more);
+        all.insert(all.end(), more.begin(), more.end());
+        for (double& one : more) {
+            one *= 0.1;
+        }
+        sweeps.add(problem, more);
+        sweeps.relax(problem, h);
+        sweeps.writeBodies(problem);
+        problem.integrate(h);
+        sweeps.readBodies(problem);
+        sweeps.sweep(problem, 1);
+        sweeps.writeBodies(problem);
+        sweeps.store(problem, h);
+    }
+    problem.handImpulsesOn();
+    for (const ProblemContact<double>& contact : problem.contacts) {
+        for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
+            const ContactRows<double>& rows = problem.contactRows[static_cast<std::size_t>(i)];
+            const ProblemPoint<double>& point = problem.points[static_cast<std::size_t>(i)];
+            all.insert(all.end(), rows.delassus, rows.delassus + (contact.hasFriction() ? 3 : 1));
+            all.insert(all.end(), {rows.C, point.normalForce, point.normalImpulse});
+            all.insert(all.end(), rows.armA.begin(), rows.armA.end());
+            all.insert(all.end(), point.force.begin(), point.force.end());
+            all.insert(all.end(), point.impulse.begin(), point.impulse.end());
+        }
+    }
+    for (const SolverBody<double>& body : problem.bodies) {
+        all.insert(all.end(), body.v.begin(), body.v.end());
+        all.insert(all.end(), body.pose.position.begin(), body.pose.position.end());
+    }
+    return all;
+}
+
+TEST(ContactKernels, AnswerAsContactsOneByOne) {
+    TestRandom random(12);
+    const std::shared_ptr<JobSystem> jobs = makeTbbJobSystem(2);
+    double off = 0;
+    for (int trial = 0; trial < 10; ++trial) {
+        const HandMadeIsland island = wall(random, trial % 2 == 0);
+        Problem<double> inLanes = island.problem;
+        inLanes.jobs = jobs.get();
+        Problem<double> oneByOne = island.problem;
+        oneByOne.contactColours.clear();
+        double change = 0;
+        double changeOfOne = 0;
+        const std::vector<double> answer = answerOf(inLanes, change);
+        EXPECT_EQ(answer, answerOf(oneByOne, changeOfOne));
+        // Summed by colours in one and in a row in the other.
+        off = std::max(off, std::abs(change / changeOfOne - 1));
+        EXPECT_GT(*std::max_element(answer.begin(), answer.end()), 0.5);
+    }
+    expectBelow("changes of sweeps apart", off, 1e-15);
+}
+
+}  // namespace
+}  // namespace cairn
