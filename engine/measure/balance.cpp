@@ -103,6 +103,7 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
     const S gained = sums.after - kineticEnergy_ - sums.explained - static_cast<S>(unseenSpeed) * h * force_;
     report.energyGained += std::isfinite(gained) ? std::max(0.0, static_cast<double>(gained)) : infinity<double>();
     report.energyChange += std::isfinite(gained) ? static_cast<double>(gained) : 0.0;
+    report.forces = static_cast<double>(sums.weight);
     report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * sums.weight);
     kineticEnergy_ = sums.after;
     if (balance) {

@@ -18,6 +18,7 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     energyChange += o.energyChange;
     energyInPlay = std::max(energyInPlay, o.energyInPlay);
     momentumDefect += o.momentumDefect;
+    forces = std::max(forces, o.forces);
     residualMomentum = std::max(residualMomentum, o.residualMomentum);
     return *this;
 }

@@ -37,6 +37,7 @@ struct SolveReport {
     double energyChange = 0;      // J, the same with what was lost, by friction and impacts too, taken off
     double energyInPlay = 0;      // J, against which that is judged
     double momentumDefect = 0;    // N s
+    double forces = 0;            // N, on all bodies, of the last sub-step
     double residualMomentum = 0;  // sqrt(J), of the worst sub-step
 
     bool gainsEnergy() const { return !(energyGained <= shareGained * energyInPlay); }

@@ -173,6 +173,8 @@ private:
         int touching = 0;
         double energyChange = 0;  // J, as SolveReport's, and the next
         double inPlay = 0;
+        double momentumDefect = 0;  // N s
+        double forces = 0;          // N
     };
     // What no step gives away but a run does: energy from nothing of the last ten seconds, less what was lost, and the
     // most that was in play meanwhile, both forgotten exponentially. J.
@@ -181,6 +183,13 @@ private:
         double inPlay = 0;
 
         bool add(double change, double inPlayNow, double dt);  // whether the flag is due
+    };
+    // The same of momentum: what no impulse explains, against what the forces on all bodies gave. N s.
+    struct MomentumWatch {
+        double lost = 0;
+        double given = 0;
+
+        bool add(double lostNow, double givenNow, double dt);
     };
     void solveIslands(S dt);
     // What a budget plans by, of one island: its rows and bodies.
@@ -193,6 +202,7 @@ private:
     NarrowCounts narrow_;  // of contacts found within the islands of this step
     Totals totals_;
     EnergyWatch energyWatch_;
+    MomentumWatch momentumWatch_;
     void record(const Island& island, const IslandState& state);
     void countAndClose(double dt);
     bool accuracyAsked() const;

@@ -459,6 +459,8 @@ void World<S>::Impl::record(const Island& island, const IslandState& state) {
     error.energyGained += std::isfinite(s.energyGained) ? s.energyGained : 0;
     totals_.energyChange += s.energyChange;
     totals_.inPlay += std::isfinite(s.energyInPlay) ? s.energyInPlay : 0;
+    totals_.momentumDefect += std::isfinite(s.momentumDefect) ? s.momentumDefect : 0;
+    totals_.forces += s.forces;
     error.momentumDefect += s.momentumDefect;
     totals_.constraint += e.constraint;
     totals_.momentum += s.residualMomentum * s.residualMomentum;
@@ -491,9 +493,24 @@ bool World<S>::Impl::accuracyAsked() const {
     return def.accuracy.position > 0 || def.accuracy.velocity > 0 || hasQualityLevel() || tolerantBodies > 0;
 }
 
+namespace {
+
+// s, in which the watches forget.
+constexpr double memory = 10;
+
+}  // namespace
+
+template <class S>
+bool World<S>::Impl::MomentumWatch::add(double lostNow, double givenNow, double dt) {
+    constexpr double share = 0.005;
+    const double kept = std::exp(-dt / memory);
+    lost = kept * lost + lostNow;
+    given = kept * given + givenNow;
+    return lostNow > share * givenNow && lost > share * given && givenNow > 0;
+}
+
 template <class S>
 bool World<S>::Impl::EnergyWatch::add(double change, double inPlayNow, double dt) {
-    constexpr double memory = 10;  // s
     const double kept = std::exp(-dt / memory);
     gained = std::max(0.0, kept * gained + change);
     inPlay = std::max(kept * inPlay, inPlayNow);
@@ -533,7 +550,8 @@ void World<S>::Impl::countAndClose(double dt) {
     // A joint torn or a contact as deep as this (m) says that its solver was given too little to do, whatever it
     // reports itself.
     constexpr double mostOff = 0.05;
-    const bool unconverged = c.unconverged > 0 || c.crowdedPairs > 0 ||
+    const bool losesMomentum = momentumWatch_.add(totals_.momentumDefect, totals_.forces * dt, dt);
+    const bool unconverged = c.unconverged > 0 || c.crowdedPairs > 0 || losesMomentum ||
                              std::max(report.error.maxJointGap, report.error.maxPenetration) > mostOff;
     report.flags |= unconverged ? static_cast<std::uint32_t>(FlagUnconverged) : 0U;
     const bool gains = energyWatch_.add(totals_.energyChange, totals_.inPlay, dt);

@@ -96,7 +96,7 @@ struct StepTimes {  // s
 enum StepFlag : std::uint32_t {
     FlagNonFinite = 1,  // a body went non-finite and was put back to its last finite state, at rest
     // An island's answer is above tolerance, or lets a contact sink in by over 2 mm in the step (counts.unconverged),
-    // or a joint is open by .1 m.
+    // or a joint is open, or a contact deep, by 5 cm, or momentum goes lost over ten seconds (docs/engine.md).
     FlagUnconverged = 2,
     FlagRepaired = 4,    // the narrow phase failed on a pair and answered it otherwise; counts.narrow says how often
     FlagRefused = 8,     // dt was not in (0, 1] s, or the world was moved from: nothing moved
