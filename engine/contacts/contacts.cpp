@@ -369,20 +369,48 @@ void ContactTable<S>::update(const std::vector<ProxyPair>& found, const BodyTabl
 }
 
 template <class S>
+void ContactTable<S>::rest(PairContacts<S>& pair) {
+    restingPoints_ += pair.pointCount();
+    restingBackward_.emplace(pair.pair.b, pair.pair.a);
+    resting_.emplace(pair.pair, std::move(pair));
+}
+
+template <class S>
+typename std::map<ProxyPair, PairContacts<S>>::iterator ContactTable<S>::dropResting(
+    typename std::map<ProxyPair, PairContacts<S>>::iterator entry) {
+    restingPoints_ -= entry->second.pointCount();
+    restingBackward_.erase({entry->first.b, entry->first.a});
+    return resting_.erase(entry);
+}
+
+template <class S>
 void ContactTable<S>::leave(PairContacts<S>& pair, const BodyTable<S>& bodies) {
+    left_.emplace_back(pair.pair.b, pair.pair.a);
     const Body<S>& a = bodies[pair.pair.a];
     const Body<S>& b = bodies[pair.pair.b];
     if (a.rests() && b.rests()) {
-        restingPoints_ += pair.pointCount();
-        resting_.emplace(pair.pair, std::move(pair));
+        rest(pair);
         return;
     }
     for (const ContactManifold<S>& manifold : pair.manifolds) {
         pair.endPoints(manifold, a, a.pose, b, b.pose);
     }
     if (!pair.ended().empty()) {
-        gone_.push_back(std::move(pair));
+        const ProxyPair ids = pair.pair;
+        gone_.push_back({std::move(pair), bodies.idAt(ids.a), bodies.idAt(ids.b)});
     }
+}
+
+template <class S>
+void ContactTable<S>::renewBackward() {
+    std::sort(came_.begin(), came_.end());
+    std::sort(left_.begin(), left_.end());
+    remaining_.clear();
+    std::set_difference(backward_.begin(), backward_.end(), left_.begin(), left_.end(), std::back_inserter(remaining_));
+    backward_.clear();
+    std::merge(remaining_.begin(), remaining_.end(), came_.begin(), came_.end(), std::back_inserter(backward_));
+    came_.clear();
+    left_.clear();
 }
 
 template <class S>
@@ -398,10 +426,14 @@ void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable
             }
             if (old != pairs_.end() && old->pair == pair) {
                 next_.push_back(std::move(*old++));
-            } else if (const auto kept = resting_.find(pair); kept != resting_.end()) {
-                restingPoints_ -= kept->second.pointCount();
+                continue;
+            }
+            came_.emplace_back(pair.b, pair.a);
+            if (const auto kept = resting_.find(pair); kept != resting_.end()) {
                 next_.push_back(std::move(kept->second));
+                restingPoints_ -= next_.back().pointCount();
                 next_.back().isNew = true;
+                restingBackward_.erase({pair.b, pair.a});
                 resting_.erase(kept);
             } else {
                 next_.emplace_back().pair = pair;
@@ -412,17 +444,21 @@ void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable
         }
         pairs_.swap(next_);
         next_.clear();
+        renewBackward();
     } else if (next_.capacity() > 0) {
         next_ = {};
+        remaining_ = {};
+        came_ = {};
+        left_ = {};
     }
-    if (hasWoken_) {
-        std::erase_if(resting_, [&](const auto& entry) {
-            const bool isLeft = !bodies[entry.first.a].rests() || !bodies[entry.first.b].rests();
-            restingPoints_ -= isLeft ? entry.second.pointCount() : 0;
-            return isLeft;
-        });
-        hasWoken_ = false;
+    for (const ProxyId body : woken_) {
+        for (const ProxyPair& pair : restingPairsOf(body)) {
+            if (!bodies[pair.a].rests() || !bodies[pair.b].rests()) {
+                dropResting(resting_.find(pair));
+            }
+        }
     }
+    woken_.clear();
 }
 
 template <class S>
@@ -500,26 +536,85 @@ void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onl
 }
 
 template <class S>
-void ContactTable<S>::forget(ProxyId body) {
-    const auto isOfPair = [&](const PairContacts<S>& p) { return p.pair.a == body || p.pair.b == body; };
-    std::erase_if(pairs_, isOfPair);
-    std::erase_if(gone_, isOfPair);
-    std::erase_if(resting_, [&](const auto& entry) {
-        const bool isOf = entry.first.a == body || entry.first.b == body;
-        restingPoints_ -= isOf ? entry.second.pointCount() : 0;
-        return isOf;
-    });
+std::vector<std::size_t> ContactTable<S>::placesOf(ProxyId body) const {
+    std::vector<std::size_t> places;
+    const auto placeOf = [&](const ProxyPair& pair) {
+        return std::lower_bound(pairs_.begin(), pairs_.end(), pair,
+                                [](const PairContacts<S>& p, const ProxyPair& q) { return p.pair < q; });
+    };
+    for (auto other = std::lower_bound(backward_.begin(), backward_.end(), Backward{body, 0});
+         other != backward_.end() && other->first == body; ++other) {
+        places.push_back(static_cast<std::size_t>(placeOf({other->second, body}) - pairs_.begin()));
+    }
+    for (auto pair = placeOf({body, 0}); pair != pairs_.end() && pair->pair.a == body; ++pair) {
+        places.push_back(static_cast<std::size_t>(pair - pairs_.begin()));
+    }
+    return places;
 }
 
 template <class S>
-std::vector<std::uint32_t> ContactTable<S>::restingNeighbours(std::uint32_t body) const {
-    std::vector<std::uint32_t> others;
-    for (const auto& [pair, contacts] : resting_) {
-        if (!contacts.manifolds.empty() && (pair.a == body || pair.b == body)) {
-            others.push_back(pair.a == body ? pair.b : pair.a);
+std::vector<ProxyPair> ContactTable<S>::restingPairsOf(ProxyId body) const {
+    std::vector<ProxyPair> pairs;
+    for (auto other = restingBackward_.lower_bound({body, 0}); other != restingBackward_.end() && other->first == body;
+         ++other) {
+        pairs.push_back({other->second, body});
+    }
+    for (auto entry = resting_.lower_bound({body, 0}); entry != resting_.end() && entry->first.a == body; ++entry) {
+        pairs.push_back(entry->first);
+    }
+    return pairs;
+}
+
+template <class S>
+void ContactTable<S>::forget(ProxyId body) {
+    for (const std::size_t place : placesOf(body)) {
+        PairContacts<S>& pair = pairs_[place];
+        if (!pair.isForgotten) {
+            left_.emplace_back(pair.pair.b, pair.pair.a);
+            PairContacts<S> empty;
+            empty.pair = pair.pair;
+            empty.isForgotten = true;
+            pair = std::move(empty);
+            hasForgotten_ = true;
         }
     }
+    for (const ProxyPair& pair : restingPairsOf(body)) {
+        dropResting(resting_.find(pair));
+    }
+}
+
+template <class S>
+void ContactTable<S>::dropForgotten() {
+    if (hasForgotten_) {
+        std::erase_if(pairs_, [](const PairContacts<S>& pair) { return pair.isForgotten; });
+        renewBackward();
+        hasForgotten_ = false;
+    }
+}
+
+template <class S>
+std::vector<std::uint32_t> ContactTable<S>::neighbours(ProxyId body) const {
+    std::vector<std::uint32_t> others;
+    const auto note = [&](const PairContacts<S>& pair) {
+        if (!pair.manifolds.empty()) {
+            others.push_back(pair.pair.a == body ? pair.pair.b : pair.pair.a);
+        }
+    };
+    for (const ProxyPair& pair : restingPairsOf(body)) {
+        note(resting_.at(pair));
+    }
+    for (const std::size_t place : placesOf(body)) {
+        note(pairs_[place]);
+    }
     return others;
+}
+
+template <class S>
+void ContactTable<S>::forgetForces(ProxyId body) {
+    for (const std::size_t place : placesOf(body)) {
+        pairs_[place].made = false;
+        pairs_[place].manifolds.clear();
+    }
 }
 
 template std::array<int, 2> trianglesOf(const PairContacts<float>&, const ContactManifold<float>&,

@@ -68,7 +68,7 @@ bool World<S>::Impl::mayCollide(ProxyId a, ProxyId b) const {
     if (!filtersAgree(bodies[a].kind->def.filter, bodies[b].kind->def.filter)) {
         return false;
     }
-    return !std::binary_search(noCollide.begin(), noCollide.end(), ProxyPair{std::min(a, b), std::max(a, b)});
+    return noCollide.empty() || !noCollide.contains(pairKey(a, b));
 }
 
 template <class S>
@@ -80,20 +80,12 @@ void World<S>::Impl::wakeBodies(const Joint<S>& joint) {
 
 template <class S>
 void World<S>::Impl::wakeNeighbours(std::uint32_t index) {
-    std::vector<std::uint32_t> others = contacts.restingNeighbours(index);
-    for (const PairContacts<S>& pair : contacts.pairs()) {
-        if (!pair.manifolds.empty() && (pair.pair.a == index || pair.pair.b == index)) {
-            others.push_back(pair.pair.a == index ? pair.pair.b : pair.pair.a);
-        }
-    }
-    for (const std::uint32_t other : others) {
+    for (const std::uint32_t other : contacts.neighbours(index)) {
         wake(other);
         touch(other);
     }
-    for (std::size_t j = 0; j < joints.slotCount(); ++j) {
-        if (joints.used(j) && joints[j].holds(index)) {
-            wakeBodies(joints[j]);
-        }
+    for (const std::uint32_t joint : jointsAt(index)) {
+        wakeBodies(joints[joint]);
     }
 }
 
@@ -142,8 +134,7 @@ JointId World<S>::addJoint(const JointDef& def) {
     const BodyId b = joint.b;
     const JointId id = impl_->joints.add(std::move(joint));
     if (!collides) {
-        const ProxyPair pair{std::min(a.index, b.index), std::max(a.index, b.index)};
-        impl_->noCollide.insert(std::lower_bound(impl_->noCollide.begin(), impl_->noCollide.end(), pair), pair);
+        ++impl_->noCollide[Impl::pairKey(a.index, b.index)];
         refilter(a, b);
     }
     impl_->jointEnters(id.index);
@@ -166,8 +157,10 @@ void World<S>::remove(JointId id) {
     const BodyId a = joint.a;
     const BodyId b = joint.b;
     if (!std::visit([](const auto& d) { return d.collide; }, joint.def)) {
-        const ProxyPair pair{std::min(a.index, b.index), std::max(a.index, b.index)};
-        impl_->noCollide.erase(std::lower_bound(impl_->noCollide.begin(), impl_->noCollide.end(), pair));
+        const auto known = impl_->noCollide.find(Impl::pairKey(a.index, b.index));
+        if (--known->second == 0) {
+            impl_->noCollide.erase(known);
+        }
         refilter(a, b);
     }
     impl_->jointLeaves(id.index);
@@ -177,11 +170,8 @@ void World<S>::remove(JointId id) {
 template <class S>
 void World<S>::remove(BodyId id) {
     impl_->requireId(id);
-    for (const JointId joint : joints()) {
-        const Joint<S>& j = impl_->joints[joint.index];
-        if (j.holds(id.index)) {
-            remove(joint);
-        }
+    for (const std::uint32_t joint : impl_->jointsAt(id.index)) {
+        remove(impl_->joints.idAt(joint));
     }
     impl_->wake(id.index);
     impl_->wakeNeighbours(id.index);
@@ -191,7 +181,6 @@ void World<S>::remove(BodyId id) {
     }
     impl_->contacts.forget(id.index);
     impl_->islands.forget(id.index);
-    std::erase(impl_->changed, id.index);
     impl_->bodies.remove(id);
 }
 
