@@ -7,6 +7,7 @@
 #include "engine/world/continuous.hpp"
 
 #include <mutex>
+#include <optional>
 #include <set>
 #include <unordered_map>
 
@@ -106,6 +107,9 @@ struct World<S>::Impl {
     static std::uint64_t pairKey(std::uint32_t a, std::uint32_t b) {
         return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
     }
+    // A force (N) at a point (m; none: the centre of mass) and a torque (N m), world, for the next step. Throws
+    // InputError where they, or all of the step together, are beyond what a world takes.
+    void push(BodyId id, const Vec3<S>& force, const std::optional<Vec3<S>>& point, const Vec3<S>& torque);
     // Its contacts are found anew before the next step.
     void touch(std::uint32_t index) {
         if (!bodies[index].changed) {
