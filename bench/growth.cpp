@@ -4,6 +4,7 @@
 //   cairn_bench_growth [count...]    default: 1000 4000 16000 100000
 #include <cairn/cairn.hpp>
 
+#include <unistd.h>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,7 +12,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <string>
-#include <unistd.h>
 
 namespace cairn::bench {
 namespace {
@@ -130,9 +130,8 @@ void noteCalls(Table& table, const std::string& which, Columns& c) {
     note("applyImpulse", timed(calls, [&](std::size_t k) {
              world.applyImpulse(c.some(k), Vec3d(0, 1e-6, 0), world.centre(c.some(k)));
          }));
-    note("setVelocity", timed(calls, [&](std::size_t k) {
-             world.setVelocity(c.some(k), Vec3d::Zero(), Vec3d::Zero());
-         }));
+    note("setVelocity",
+         timed(calls, [&](std::size_t k) { world.setVelocity(c.some(k), Vec3d::Zero(), Vec3d::Zero()); }));
     note("setPose", timed(calls, [&](std::size_t k) { world.setPose(c.some(k), world.pose(c.some(k))); }));
     std::vector<JointId> joints;
     note("addJoint", timed(calls, [&](std::size_t k) {
@@ -174,7 +173,8 @@ void measure(Table& table, int n) {
         noteCalls(table, "awake", c);
         c.world.step(dt);
         const std::size_t all = c.boxes.size();
-        table.note("remove, each of all", timed(all - 10, [&](std::size_t k) { c.world.remove(c.boxes[all - 1 - k]); }));
+        table.note("remove, each of all",
+                   timed(all - 10, [&](std::size_t k) { c.world.remove(c.boxes[all - 1 - k]); }));
         c.world.step(dt);
         noteStages(table, "ten bodies where n were", c.world.step(dt), 1);
         table.note("bodies(), ten bodies where n were", timed(1, [&](std::size_t) { c.world.bodies(); }));
