@@ -84,7 +84,8 @@ BodyDef boxAt(const Vec3d& position) {
 Vec3d placeOf(int i, int n) {
     const int side = static_cast<int>(std::ceil(std::sqrt(double(n) / columnHeight)));
     const int column = i / columnHeight;
-    return {2.0 * (column % side), 0.5 + i % columnHeight, 2.0 * (column / side)};
+    const int row = column / side;
+    return {2.0 * (column % side), 0.5 + i % columnHeight, 2.0 * row};
 }
 
 // Columns of four boxes on one floor: each body has two neighbours, the floor a quarter of all.

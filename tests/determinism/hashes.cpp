@@ -166,7 +166,8 @@ void soft(Worldd& world) {
 void shot(Worldd& world) {
     addFloor(world);
     for (int i = 0; i < 12; ++i) {
-        addBox(world, {0.25, 0.25, 0.5}, Vec3d(0, 0.25 + 0.5 * (i / 3), i % 3 - 1.0));
+        const int row = i / 3;
+        addBox(world, {0.25, 0.25, 0.5}, Vec3d(0, 0.25 + 0.5 * row, i % 3 - 1.0));
     }
     world.add({.shapes = {sphere(0.2)}, .position = {-20, 1, 0.1}, .linearVelocity = {90, 1, 0}, .mass = 5});
 }

@@ -11,6 +11,7 @@
 #include <limits>
 
 // libFuzzer's entry. A replay calls it with each file of a corpus.
+// NOLINTNEXTLINE(readability-identifier-naming): the name by which it asks
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace cairn::fuzz {
