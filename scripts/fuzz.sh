@@ -2,25 +2,22 @@
 # Looks for what breaks Cairn with libFuzzer under the address and undefined-behaviour sanitizers (clang), one target
 # after the other, in a build folder of its own.
 #   scripts/fuzz.sh [--seconds N] [target...]    default: 60 s each of api narrow scene mesh recording
-#   scripts/fuzz.sh --keep TARGET                takes into the corpus what reaches code that its files do not
+# What reaches new code gathers in build/fuzz/corpus/TARGET, from where the next run goes on.
 # What it finds lies in build/fuzz/found/TARGET: mend the cause, then move the file into tests/fuzz/corpus/TARGET, where
 # every build replays it (ctest -R '^fuzz\.').
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 seconds=60
-keep=
 targets=()
 while [[ $# -gt 0 ]]; do
     case "$1" in
         --seconds) seconds="$2"; shift ;;
-        --keep) keep="$2"; shift ;;
-        -*) sed -n '2,8s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
+        -*) sed -n '2,7s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
         *) targets+=("$1") ;;
     esac
     shift
 done
 [[ ${#targets[@]} -gt 0 ]] || targets=(api narrow scene mesh recording)
-[[ -z "$keep" ]] || targets=("$keep")
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz --target "${targets[@]/#/fuzz_}" -- -j "$(nproc)"
 # Odr: the engine and FCL share templates of Eigen, of which ours alone are instrumented.
@@ -32,10 +29,6 @@ for target in "${targets[@]}"; do
     work=build/fuzz/corpus/$target
     found=build/fuzz/found/$target
     mkdir -p "$corpus" "$work" "$found"
-    if [[ -n "$keep" ]]; then
-        "$fuzzer" -merge=1 -max_len=4096 "$corpus" "$work"
-        continue
-    fi
     echo "$target: $seconds s"
     "$fuzzer" -max_total_time="$seconds" -timeout=30 -rss_limit_mb=4096 -max_len=4096 -print_final_stats=1 \
         -artifact_prefix="$found/" "$work" "$corpus" >"$found/log" 2>&1 || status=1
