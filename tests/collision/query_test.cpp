@@ -283,6 +283,24 @@ TEST(ClosestPoints, OfSurfacesAsEveryTriangleAsked) {
     }
 }
 
+// What a closed mesh holds is told by its own shape, not by the answer that it goes into.
+TEST(Contains, AMeshOfABoxHoldsWhatTheBoxHolds) {
+    const Shape solid = box({0.5, 0.3, 0.8});
+    const Shape scaled = meshInstance(mesh(surface(box(Vec3d::Ones()))).mesh, solid.size);
+    std::mt19937 random(8);
+    int inside = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3d p = uniformPoint(random, 1);
+        const bool isIn = (p.cwiseAbs().array() <= solid.size.array()).all();
+        inside += isIn ? 1 : 0;
+        for (const Shape& shape : {solid, mesh(surface(solid)), scaled}) {
+            EXPECT_EQ(contains({&shape, 1}, {}, p), isIn) << name(shape.kind) << " " << p.transpose();
+            EXPECT_EQ(pointDistance({&shape, 1}, {}, p)->distance <= 0, isIn) << name(shape.kind);
+        }
+    }
+    EXPECT_GT(inside, 100);
+}
+
 TEST(PointDistance, NoSurfacePointIsNearer) {
     std::mt19937 random(5);
     std::vector<Shape> shapes = truth::convexShapes();
