@@ -20,6 +20,11 @@ def _blank(match):
     return re.sub(r'[^\n]', ' ', match.group(0))
 
 
+def blank(text):
+    """The text with blanks for comments, strings and characters."""
+    return _NO_CODE.sub(_blank, text)
+
+
 def line_of(text, position):
     return text.count('\n', 0, position) + 1
 

@@ -131,15 +131,17 @@ void validateMaterial(const Names& names) {
             throw InputError(names.of(field), text(value), remedy);
         }
     };
-    require(m.friction >= 0 && std::isfinite(m.friction), "material.friction", m.friction, "give a finite number >= 0");
-    require(std::isfinite(m.staticFriction) && (m.staticFriction < 0 || m.staticFriction >= m.friction),
+    require(m.friction >= 0 && m.friction <= roughestFriction, "material.friction", m.friction,
+            "give a number in [0, 1e6]");
+    require(m.staticFriction < 0 ? std::isfinite(m.staticFriction)
+                                 : m.staticFriction >= m.friction && m.staticFriction <= roughestFriction,
             "material.staticFriction", m.staticFriction,
-            "give a number that is not below friction, or a negative one for the same as friction");
+            "give a number from friction to 1e6, or a negative one for the same as friction");
     require(m.restitution >= 0 && m.restitution <= 1, "material.restitution", m.restitution, "give a number in [0, 1]");
-    require(m.rollingFriction >= 0 && std::isfinite(m.rollingFriction), "material.rollingFriction", m.rollingFriction,
-            "give a finite number >= 0 in m");
-    require(m.spinningFriction >= 0 && std::isfinite(m.spinningFriction), "material.spinningFriction",
-            m.spinningFriction, "give a finite number >= 0 in m");
+    require(m.rollingFriction >= 0 && m.rollingFriction <= roughestFriction, "material.rollingFriction",
+            m.rollingFriction, "give a number in [0, 1e6] in m");
+    require(m.spinningFriction >= 0 && m.spinningFriction <= roughestFriction, "material.spinningFriction",
+            m.spinningFriction, "give a number in [0, 1e6] in m");
     require(m.density > 0 && std::isfinite(m.density), "material.density", m.density,
             "give a finite number > 0 in kg/m3");
 }

@@ -6,6 +6,9 @@
 
 namespace cairn {
 
+// The largest coefficient of friction, sliding or sticking, and arm (m) of rolling and spinning friction.
+inline constexpr double roughestFriction = 1e6;
+
 // Throws InputError for what is no shape. `where` says what messages call it, "body \"crate\".shapes[2]", and is asked
 // only for a message, so that a query pays for no text. Numbers are called as the fields of Shape are.
 void validate(const Shape& shape, FunctionRef<std::string()> where);

@@ -230,6 +230,9 @@ Json parsed(const std::string& text, const std::string& file) {
         throw InputError(
             file + ":byte " + std::to_string(error.byte), "no whole JSON",
             error.byte >= text.size() ? "the file is cut off: copy it again, or record it anew" : recordAnew);
+    } catch (const nlohmann::json::out_of_range& error) {
+        // A number that no double holds.
+        throw InputError(file, error.what(), recordAnew);
     }
     if (!json.is_object() || !json.contains(formatField)) {
         throw InputError(file, "no recording",

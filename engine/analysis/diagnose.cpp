@@ -337,6 +337,7 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
     const FieldCheck given("diagnose");
     given.field("dt", static_cast<double>(dt), stepRule);
     given.field("position", position, {.text = "m, what a step may err by", .min = 0, .above = true});
+    tidyAwake();
     moveProxies(static_cast<double>(dt));
     broadPhase.update(*jobs);
     // Tables of its own: what the world keeps from step to step stays as it is.

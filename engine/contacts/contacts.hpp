@@ -7,6 +7,7 @@
 #include "engine/model/body.hpp"
 
 #include <map>
+#include <set>
 #include <span>
 
 namespace cairn {
@@ -121,7 +122,8 @@ struct PairContacts {
     std::vector<ContactManifold<S>> manifolds;
     Rare<Past> past;
     bool made = false;
-    bool isNew = true;  // not as it was when its island was last solved
+    bool isNew = true;         // not as it was when its island was last solved
+    bool isForgotten = false;  // one of its bodies has left the world since the last step
 
     int pointCount() const;  // in force
     double depth() const;    // m, of the deepest point that was found, in force or not; 0: they do not overlap
@@ -202,26 +204,43 @@ public:
                 JobSystem& jobs, bool onlyChanged = false);
     // Forgets the pairs that came apart in the last step.
     void beginStep() { gone_.clear(); }
-    void forget(ProxyId body);  // the body or its shapes are gone
+    // The body leaves the world, in time of its pairs: those of the list stay in it, emptied, until dropForgotten(),
+    // which is to be called before the next update() and before the slot of the body is looked at as another one's.
+    void forget(ProxyId body);
+    void dropForgotten();
     // A body that slept is awake: the next update() takes its pairs back, or drops those that are near no more.
-    void bodyWoke() { hasWoken_ = true; }
-    // The bodies that touch this one while both rest.
-    std::vector<std::uint32_t> restingNeighbours(std::uint32_t body) const;
+    void bodyWoke(ProxyId body) { woken_.push_back(body); }
+    // The bodies that touch this one.
+    std::vector<std::uint32_t> neighbours(ProxyId body) const;
+    // The forces that a body's contacts hold are no good: its manifolds are made from nothing.
+    void forgetForces(ProxyId body);
 
     std::vector<PairContacts<S>>& pairs() { return pairs_; }
     const std::vector<PairContacts<S>>& pairs() const { return pairs_; }
     // Of bodies that both rest, as they were when the later of them fell asleep: no step looks at them.
     const std::map<ProxyPair, PairContacts<S>>& resting() const { return resting_; }
     int restingPoints() const { return restingPoints_; }
-    const std::vector<PairContacts<S>>& gone() const { return gone_; }  // came apart in this step, after an impulse
-    const NarrowCounts& counts() const { return counts_; }              // of the last update
-    int crowded() const { return crowded_; }                            // near pairs that it left out
-    int carried() const { return carried_; }  // pairs that kept their manifolds in it though awake
+    // One that came apart in this step after an impulse; either body may have left the world since.
+    struct Gone {
+        PairContacts<S> contacts;
+        BodyId a, b;
+    };
+    const std::vector<Gone>& gone() const { return gone_; }
+    const NarrowCounts& counts() const { return counts_; }  // of the last update
+    int crowded() const { return crowded_; }                // near pairs that it left out
+    int carried() const { return carried_; }                // pairs that kept their manifolds in it though awake
 
 private:
     // Follows the list of near pairs.
     void follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies);
     void leave(PairContacts<S>& pair, const BodyTable<S>& bodies);
+    void rest(PairContacts<S>& pair);
+    // Answers the element after it.
+    typename std::map<ProxyPair, PairContacts<S>>::iterator dropResting(
+        typename std::map<ProxyPair, PairContacts<S>>::iterator entry);
+    std::vector<ProxyPair> restingPairsOf(ProxyId body) const;
+    std::vector<std::size_t> placesOf(ProxyId body) const;  // in pairs_
+    void renewBackward();
     void collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged);
     void cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onlyChanged);
 
@@ -229,10 +248,19 @@ private:
     // Room for update().
     std::vector<PairContacts<S>> next_;
     std::vector<ProxyPair> near_;
-    std::vector<PairContacts<S>> gone_;
+    std::vector<Gone> gone_;
     std::map<ProxyPair, PairContacts<S>> resting_;
+    // By the higher id, which comes first, then the lower one: the same pairs once more, so that those of one body are
+    // found without a look at all.
+    using Backward = std::pair<ProxyId, ProxyId>;
+    std::vector<Backward> backward_;   // of pairs_
+    std::vector<Backward> came_;       // into pairs_, not yet in backward_
+    std::vector<Backward> left_;       // pairs_, still in backward_
+    std::vector<Backward> remaining_;  // room of renewBackward()
+    std::set<Backward> restingBackward_;
     int restingPoints_ = 0;
-    bool hasWoken_ = false;               // since the last update()
+    std::vector<ProxyId> woken_;          // since the last update()
+    bool hasForgotten_ = false;           // pairs_ holds some
     std::vector<NarrowCounts> countsOf_;  // by job
     std::vector<std::uint8_t> isCarried_;
     std::vector<GroundPair<S>> ground_;

@@ -21,8 +21,15 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
     if (near.size() <= mostDeepNeighbours * mostDeepNeighbours / 2) {
         return 0;
     }
-    static thread_local std::vector<int> count;  // near ones of each body, then deep ones that it keeps
-    count.assign(bodies.slotCount(), 0);
+    static thread_local std::vector<int>
+        count;  // near ones of each body, then deep ones that it keeps; 0 between calls
+    count.resize(std::max(count.size(), bodies.slotCount()), 0);
+    const auto clear = [&] {
+        for (const ProxyPair& pair : near) {
+            count[pair.a] = 0;
+            count[pair.b] = 0;
+        }
+    };
     for (const ProxyPair& pair : near) {
         ++count[pair.a];
         ++count[pair.b];
@@ -38,10 +45,10 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
             deep.push_back(static_cast<std::uint32_t>(i));
         }
     }
+    clear();
     if (deep.empty()) {
         return 0;
     }
-    std::fill(count.begin(), count.end(), 0);
     kept.clear();
     std::size_t next = 0;
     for (std::size_t i = 0; i < near.size(); ++i) {
@@ -56,6 +63,7 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
         }
         kept.push_back(pair);
     }
+    clear();
     return static_cast<int>(near.size() - kept.size());
 }
 

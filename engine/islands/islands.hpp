@@ -23,10 +23,15 @@ struct Island {
     bool isLarge() const { return pairs.size() + joints.size() >= 1000; }
 };
 
-// Who takes part in a step, in rising order: moving bodies that do not sleep, and the joints between them.
+// Who takes part in a step, in rising order: moving bodies that do not sleep, and the joints between them. Between
+// steps both may be out of order, and name some twice and some that are there no more (World::Impl::tidyAwake()): to
+// keep them in order, each that comes or goes would move all behind it.
 struct AwakeSet {
     std::vector<std::uint32_t> bodies;
     std::vector<std::uint32_t> joints;
+    std::size_t bodiesInOrder = 0;  // of those in front, as many as are in order
+    std::size_t jointsInOrder = 0;
+    bool isTidy = true;
 };
 
 // What the axis locks of a body gave in the last step.

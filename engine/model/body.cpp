@@ -4,6 +4,7 @@
 #include "engine/model/describe.hpp"
 #include "engine/model/gyroscopics.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 namespace cairn {
@@ -12,20 +13,12 @@ std::string label(const std::string& name) {
     return name.empty() ? std::string("body") : "body \"" + name + "\"";
 }
 
-void requireFinite(const std::string& name, const char* field, bool finite) {
-    if (!finite) {
-        throw InputError(label(name) + "." + field, "a non-finite number", "give finite numbers");
-    }
-}
-
 template <class S>
 void requireSpeed(const std::string& name, const Vec3<S>& linear, const Vec3<S>& angular) {
-    for (const auto& [field, speed] : {std::pair{"linearVelocity", linear}, std::pair{"angularVelocity", angular}}) {
-        if (!std::isfinite(speed.squaredNorm())) {
-            throw InputError(label(name) + "." + field, "beyond the range of this world's numbers",
-                             "give a finite speed whose square is finite");
-        }
-    }
+    const std::string body = label(name);
+    const FieldCheck given(body);
+    given.field("linearVelocity", Vec3d(linear.template cast<double>()), bodySpeedRule);
+    given.field("angularVelocity", Vec3d(angular.template cast<double>()), bodySpinRule);
 }
 
 template void requireSpeed(const std::string&, const Vec3<float>&, const Vec3<float>&);
@@ -92,6 +85,11 @@ void weigh(BodyKind<S>& kind, const std::string& name) {
             label(name) + ".mass", std::to_string(properties.mass),
             "a dynamic body needs mass: give it a shape with density > 0, or a mass > 0, or make it static");
     }
+    if (properties.mass < lightestMass || properties.mass > heaviestMass) {
+        throw InputError(label(name) + ".mass", numberText(properties.mass),
+                         "give a mass from " + numberText(lightestMass) + " to " + numberText(heaviestMass) +
+                             " kg, or shapes whose densities make one");
+    }
     kind.givenMass = properties.mass;
     kind.mass = static_cast<S>(properties.mass);
     kind.localCentre = properties.centre.cast<S>();
@@ -101,6 +99,14 @@ void weigh(BodyKind<S>& kind, const std::string& name) {
     if (!(properties.inertia.determinant() > 0)) {
         throw InputError(label(name) + ".inertia", "singular",
                          "give it a shape with volume, or an inertia > 0 about every axis");
+    }
+    const Vec3d moments =
+        Eigen::SelfAdjointEigenSolver<Mat3d>(properties.inertia, Eigen::EigenvaluesOnly).eigenvalues();
+    if (!(moments.maxCoeff() <= widestInertiaRatio * moments.minCoeff())) {
+        throw InputError(label(name) + ".inertia",
+                         numberText(moments.minCoeff()) + " to " + numberText(moments.maxCoeff()) + " kg m2",
+                         "give moments of which the largest is at most " + numberText(widestInertiaRatio) +
+                             " times the smallest, or less slender shapes");
     }
     kind.inertia = properties.inertia.cast<S>();
     // A ball or a cube has no gyroscopic term; nothing is paid for it there.
@@ -195,7 +201,6 @@ Body<S> BodyMaker<S>::make(const BodyDef& def) {
     if (def.type != BodyType::Static) {
         body.v = def.linearVelocity.cast<S>();
         body.w = def.angularVelocity.cast<S>();
-        requireSpeed(def.name, body.v, body.w);
     }
     body.awake = body.isDynamic() ? def.awake : def.type == BodyType::Kinematic;
     body.restPose = body.pose;

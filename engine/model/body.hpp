@@ -99,9 +99,7 @@ struct Body {
 
 // How errors name a body.
 std::string label(const std::string& name);
-// Throws InputError for body and field unless `finite`.
-void requireFinite(const std::string& name, const char* field, bool finite);
-// The same for a body's speeds, m/s and rad/s: their squares too must be within range.
+// Throws InputError for a body's speeds, m/s and rad/s, that are beyond what a world takes (describe.hpp).
 template <class S>
 void requireSpeed(const std::string& name, const Vec3<S>& linear, const Vec3<S>& angular);
 

@@ -2,6 +2,7 @@
 // The table of fields of worlds, solvers, bodies, surfaces and deformables: names, units, limits (fields.hpp).
 #include <cairn/deformable.hpp>
 
+#include "collision/shapes/validate.hpp"
 #include "engine/model/fields.hpp"
 #include "engine/model/solver_numbers.hpp"
 
@@ -13,6 +14,22 @@ inline constexpr double farthestPlace = 1e9;
 inline constexpr FieldRule placeRule{"m, of the body's frame", -farthestPlace, farthestPlace};
 // m, of WorldDef::contactMargin.
 inline constexpr double widestMargin = 1e3;
+// What goes into a world is held to these, whichever call brings it, so that in both precisions no product of a few of
+// them overflows. A step may lead beyond them.
+inline constexpr double fastestSpeed = 1e6;      // m/s, along each axis
+inline constexpr double fastestSpin = 1e6;       // rad/s, about each axis
+inline constexpr double strongestForce = 1e15;   // N, and N m, along each axis, all that is asked for one step together
+inline constexpr double strongestGravity = 1e6;  // m/s2
+inline constexpr double lightestMass = 1e-12;    // kg
+inline constexpr double heaviestMass = 1e15;     // kg
+inline constexpr double widestInertiaRatio = 1e10;  // the largest moment of inertia of a body over its smallest
+inline constexpr std::size_t mostBodies = std::size_t{1} << 24;  // of a world; of its joints as many
+inline constexpr FieldRule bodySpeedRule{"m/s, of the centre of mass", -fastestSpeed, fastestSpeed};
+inline constexpr FieldRule bodySpinRule{"rad/s, world axes", -fastestSpin, fastestSpin};
+inline constexpr FieldRule pushRule{"N, of all that is asked for a step", -strongestForce, strongestForce};
+inline constexpr FieldRule twistRule{"N m about the centre of mass, of all that is asked for a step", -strongestForce,
+                                     strongestForce};
+inline constexpr FieldRule pushPlaceRule{"m, world", -farthestPlace, farthestPlace};
 
 template <>
 struct Words<BodyType> {
@@ -152,7 +169,7 @@ void describe(A& a, AccuracyDef& d) {
 
 template <class A>
 void describe(A& a, WorldDef& d) {
-    a.field("gravity", d.gravity, {"m/s2"});
+    a.field("gravity", d.gravity, {"m/s2", -strongestGravity, strongestGravity});
     a.field("solver", d.solver, {"which solver, and its numbers"});
     a.field("accuracy", d.accuracy, {"how wrong a step may be, or how long it may take"});
     a.field("sleep", d.sleep, {"when bodies stop being computed"});
@@ -187,13 +204,17 @@ inline std::optional<Complaint> validate(const WorldDef& d) {
     return std::nullopt;
 }
 
-inline constexpr FieldRule frictionRule = {"sliding Coulomb coefficient", 0};
+inline constexpr FieldRule frictionRule = {"sliding Coulomb coefficient", 0, roughestFriction};
 inline constexpr FieldRule staticFrictionRule = {
-    .text = "sticking Coulomb coefficient, at least friction; left out: the same", .min = 0, .fileOnly = true};
+    .text = "sticking Coulomb coefficient, at least friction; left out: the same",
+    .min = 0,
+    .max = roughestFriction,
+    .fileOnly = true};
 inline constexpr FieldRule restitutionRule = {"share of the approach speed that a bounce gives back", 0, 1};
-inline constexpr FieldRule rollingFrictionRule = {"m, torque that resists rolling, over the normal force", 0};
+inline constexpr FieldRule rollingFrictionRule = {"m, torque that resists rolling, over the normal force", 0,
+                                                  roughestFriction};
 inline constexpr FieldRule spinningFrictionRule = {"m, torque that resists spinning about the normal, over its force",
-                                                   0};
+                                                   0, roughestFriction};
 inline constexpr FieldRule densityRule = {.text = "kg/m3", .min = 0, .above = true};
 
 template <class A>
@@ -230,13 +251,13 @@ void describe(A& a, BodyDef& d) {
     a.field("type", d.type, {"static: never moves; kinematic: moves as its velocity says; dynamic: moved by forces"});
     a.field("position", d.position, placeRule);
     a.field("rotation", d.rotation, {"quaternion x, y, z, w; made unit on loading"});
-    a.field("linearVelocity", d.linearVelocity, {"m/s, of the centre of mass"});
-    a.field("angularVelocity", d.angularVelocity, {"rad/s, world axes"});
-    a.field("mass", d.mass, {"kg; 0: from the shapes' densities", 0});
+    a.field("linearVelocity", d.linearVelocity, bodySpeedRule);
+    a.field("angularVelocity", d.angularVelocity, bodySpinRule);
+    a.field("mass", d.mass, {"kg; 0: from the shapes' densities", 0, heaviestMass});
     a.field("inertia", d.inertia, {"kg m2, diagonal in body axes about the centre of mass; 0: from the shapes", 0});
     a.field("linearDamping", d.linearDamping, {"1/s: speed decays as exp(-damping t)", 0});
     a.field("angularDamping", d.angularDamping, {"1/s", 0});
-    a.field("gravityScale", d.gravityScale, {"factor on the world's gravity"});
+    a.field("gravityScale", d.gravityScale, {"factor on the world's gravity", -1e6, 1e6});
     a.field("lockLinear", d.lockLinear, {"world axes along which the centre must not move"});
     a.field("lockAngular", d.lockAngular, {"world axes about which the body must not turn"});
     a.field("filter", d.filter, {"whom the body may hit"});
@@ -263,7 +284,7 @@ void describeParticles(A& a, Def& d) {
     a.field("damping", d.damping, {"s: damping coefficients are this time times the stiffness", 0});
     a.field("friction", d.friction, frictionRule);
     a.field("airDamping", d.airDamping, {"1/s: speeds decay as exp(-airDamping t)", 0});
-    a.field("velocity", d.velocity, {"m/s"});
+    a.field("velocity", d.velocity, {"m/s", -fastestSpeed, fastestSpeed});
     a.field("filter", d.filter, {"whom it may hit; group 0: a group of its own"});
 }
 

@@ -6,18 +6,23 @@
 namespace cairn {
 namespace {
 
-void insertSorted(std::vector<std::uint32_t>& list, std::uint32_t value) {
-    const auto place = std::lower_bound(list.begin(), list.end(), value);
-    if (place == list.end() || *place != value) {
-        list.insert(place, value);
+// Adds one behind all others; inOrder: how many in front are.
+void append(std::vector<std::uint32_t>& list, std::size_t& inOrder, std::uint32_t value) {
+    if (inOrder == list.size() && (list.empty() || list.back() < value)) {
+        ++inOrder;
     }
+    list.push_back(value);
 }
 
-void eraseSorted(std::vector<std::uint32_t>& list, std::uint32_t value) {
-    const auto place = std::lower_bound(list.begin(), list.end(), value);
-    if (place != list.end() && *place == value) {
-        list.erase(place);
-    }
+// Brings all into order, each once, of those that are to stay.
+template <class Stays>
+void tidy(std::vector<std::uint32_t>& list, std::size_t& inOrder, Stays stays) {
+    const auto tail = list.begin() + static_cast<std::ptrdiff_t>(inOrder);
+    std::sort(tail, list.end());
+    std::inplace_merge(list.begin(), tail, list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+    std::erase_if(list, [&](std::uint32_t i) { return !stays(i); });
+    inOrder = list.size();
 }
 
 }  // namespace
@@ -37,7 +42,8 @@ void World<S>::Impl::enter(std::uint32_t i) {
     }
     if (b.awake || !b.isDynamic()) {
         b.awake = true;
-        insertSorted(awake.bodies, i);
+        append(awake.bodies, awake.bodiesInOrder, i);
+        awake.isTidy = false;
         return;
     }
     // It rests once what it touches is known: detect().
@@ -47,7 +53,7 @@ void World<S>::Impl::enter(std::uint32_t i) {
 template <class S>
 void World<S>::Impl::leave(std::uint32_t i) {
     tolerantBodies -= bodies[i].kind->def.tolerance > 0 ? 1 : 0;
-    eraseSorted(awake.bodies, i);
+    awake.isTidy = false;
 }
 
 template <class S>
@@ -56,8 +62,9 @@ void World<S>::Impl::wakeOne(std::uint32_t i) {
     sleepingPotential -= potentialOf(b);
     b.awake = true;
     b.sleepGroup = -1;
-    insertSorted(awake.bodies, i);
-    contacts.bodyWoke();
+    append(awake.bodies, awake.bodiesInOrder, i);
+    awake.isTidy = false;
+    contacts.bodyWoke(i);
     if (broadPhase.contains(i)) {
         broadPhase.setResting(i, false);
     }
@@ -89,7 +96,8 @@ void World<S>::Impl::wake(std::uint32_t i) {
         refresh(bodies[member]);
     }
     for (const std::uint32_t joint : group.joints) {
-        insertSorted(awake.joints, joint);
+        append(awake.joints, awake.jointsInOrder, joint);
+        awake.isTidy = false;
     }
     group = {};
 }
@@ -123,6 +131,7 @@ void World<S>::Impl::fallAsleep(const std::vector<std::vector<std::uint32_t>>& i
         return;
     }
     std::erase_if(awake.bodies, [&](std::uint32_t i) { return bodies[i].isDynamic() && !bodies[i].awake; });
+    awake.bodiesInOrder = awake.bodies.size();
     std::erase_if(awake.joints, [&](std::uint32_t j) {
         const Joint<S>& joint = joints[j];
         int group = -1;
@@ -139,18 +148,45 @@ void World<S>::Impl::fallAsleep(const std::vector<std::vector<std::uint32_t>>& i
         }
         return group >= 0;
     });
+    awake.jointsInOrder = awake.joints.size();
+}
+
+template <class S>
+void World<S>::Impl::tidyAwake() {
+    if (!awake.isTidy) {
+        tidy(awake.bodies, awake.bodiesInOrder,
+             [&](std::uint32_t i) { return bodies.used(i) && bodies[i].type != BodyType::Static && bodies[i].awake; });
+        tidy(awake.joints, awake.jointsInOrder, [&](std::uint32_t j) { return joints.used(j); });
+        awake.isTidy = true;
+    }
+}
+
+template <class S>
+std::vector<std::uint32_t> World<S>::Impl::jointsAt(std::uint32_t body) const {
+    std::vector<std::uint32_t> found;
+    for (auto at = jointsOf.lower_bound({body, 0}); at != jointsOf.end() && at->first == body; ++at) {
+        found.push_back(at->second);
+    }
+    return found;
 }
 
 template <class S>
 void World<S>::Impl::jointEnters(std::uint32_t joint) {
-    insertSorted(awake.joints, joint);
+    for (int k = 0; k < joints[joint].bodyCount(); ++k) {
+        jointsOf.emplace(joints[joint].body(k).index, joint);
+    }
+    append(awake.joints, awake.jointsInOrder, joint);
+    awake.isTidy = false;
     wakeBodies(joints[joint]);
 }
 
 template <class S>
 void World<S>::Impl::jointLeaves(std::uint32_t joint) {
     wakeBodies(joints[joint]);
-    eraseSorted(awake.joints, joint);
+    for (int k = 0; k < joints[joint].bodyCount(); ++k) {
+        jointsOf.erase({joints[joint].body(k).index, joint});
+    }
+    awake.isTidy = false;
 }
 
 template <class S>

@@ -104,8 +104,10 @@ std::vector<ContactView> World<S>::contacts() const {
         }
         addEnded(pair);
     }
-    for (const PairContacts<S>& pair : impl_->contacts.gone()) {
-        addEnded(pair);
+    for (const auto& gone : impl_->contacts.gone()) {
+        if (contains(gone.a) && contains(gone.b)) {
+            addEnded(gone.contacts);
+        }
     }
     return views;
 }

@@ -22,6 +22,12 @@ const StepReport& refusedReport() {
     return report;
 }
 
+void requireRoom(const char* what, std::size_t count) {
+    if (count >= mostBodies) {
+        throw InputError(what, std::to_string(count), "a world takes no more: remove some, or use several worlds");
+    }
+}
+
 }  // namespace
 
 std::uint32_t firstGenerationOfWorld() {
@@ -68,7 +74,7 @@ bool World<S>::Impl::mayCollide(ProxyId a, ProxyId b) const {
     if (!filtersAgree(bodies[a].kind->def.filter, bodies[b].kind->def.filter)) {
         return false;
     }
-    return !std::binary_search(noCollide.begin(), noCollide.end(), ProxyPair{std::min(a, b), std::max(a, b)});
+    return noCollide.empty() || !noCollide.contains(pairKey(a, b));
 }
 
 template <class S>
@@ -80,21 +86,30 @@ void World<S>::Impl::wakeBodies(const Joint<S>& joint) {
 
 template <class S>
 void World<S>::Impl::wakeNeighbours(std::uint32_t index) {
-    std::vector<std::uint32_t> others = contacts.restingNeighbours(index);
-    for (const PairContacts<S>& pair : contacts.pairs()) {
-        if (!pair.manifolds.empty() && (pair.pair.a == index || pair.pair.b == index)) {
-            others.push_back(pair.pair.a == index ? pair.pair.b : pair.pair.a);
-        }
-    }
-    for (const std::uint32_t other : others) {
+    for (const std::uint32_t other : contacts.neighbours(index)) {
         wake(other);
         touch(other);
     }
-    for (std::size_t j = 0; j < joints.slotCount(); ++j) {
-        if (joints.used(j) && joints[j].holds(index)) {
-            wakeBodies(joints[j]);
-        }
+    for (const std::uint32_t joint : jointsAt(index)) {
+        wakeBodies(joints[joint]);
     }
+}
+
+template <class S>
+void World<S>::Impl::push(BodyId id, const Vec3<S>& force, const std::optional<Vec3<S>>& point, const Vec3<S>& torque) {
+    Body<S>& b = body(id);
+    const std::string name = label(b.name());
+    const FieldCheck given(name);
+    given.field("force", Vec3d((b.force() + force).template cast<double>()), pushRule);
+    given.field("torque", Vec3d((b.torque() + torque).template cast<double>()), twistRule);
+    Vec3<S> turning = torque;
+    if (point) {
+        given.field("force.point", Vec3d(point->template cast<double>()), pushPlaceRule);
+        turning += (*point - b.pose.position).cross(force);
+        given.field("force, the torque of it", Vec3d((b.torque() + turning).template cast<double>()), twistRule);
+    }
+    b.push(force, turning);
+    wake(id.index);
 }
 
 template <class S>
@@ -124,6 +139,7 @@ const StepReport& World<S>::report() const {
 
 template <class S>
 BodyId World<S>::add(const BodyDef& def) {
+    requireRoom("bodies", impl_->bodies.count());
     const BodyId id = impl_->bodies.add(impl_->bodyMaker.make(def));
     const Body<S>& added = impl_->bodies[id.index];
     impl_->changed.push_back(id.index);
@@ -136,14 +152,14 @@ BodyId World<S>::add(const BodyDef& def) {
 
 template <class S>
 JointId World<S>::addJoint(const JointDef& def) {
+    requireRoom("joints", impl_->joints.count());
     const bool collides = std::visit([](const auto& d) { return d.collide; }, def);
     Joint<S> joint = makeJoint(def, impl_->bodies);
     const BodyId a = joint.a;
     const BodyId b = joint.b;
     const JointId id = impl_->joints.add(std::move(joint));
     if (!collides) {
-        const ProxyPair pair{std::min(a.index, b.index), std::max(a.index, b.index)};
-        impl_->noCollide.insert(std::lower_bound(impl_->noCollide.begin(), impl_->noCollide.end(), pair), pair);
+        ++impl_->noCollide[Impl::pairKey(a.index, b.index)];
         refilter(a, b);
     }
     impl_->jointEnters(id.index);
@@ -166,8 +182,10 @@ void World<S>::remove(JointId id) {
     const BodyId a = joint.a;
     const BodyId b = joint.b;
     if (!std::visit([](const auto& d) { return d.collide; }, joint.def)) {
-        const ProxyPair pair{std::min(a.index, b.index), std::max(a.index, b.index)};
-        impl_->noCollide.erase(std::lower_bound(impl_->noCollide.begin(), impl_->noCollide.end(), pair));
+        const auto known = impl_->noCollide.find(Impl::pairKey(a.index, b.index));
+        if (--known->second == 0) {
+            impl_->noCollide.erase(known);
+        }
         refilter(a, b);
     }
     impl_->jointLeaves(id.index);
@@ -177,11 +195,8 @@ void World<S>::remove(JointId id) {
 template <class S>
 void World<S>::remove(BodyId id) {
     impl_->requireId(id);
-    for (const JointId joint : joints()) {
-        const Joint<S>& j = impl_->joints[joint.index];
-        if (j.holds(id.index)) {
-            remove(joint);
-        }
+    for (const std::uint32_t joint : impl_->jointsAt(id.index)) {
+        remove(impl_->joints.idAt(joint));
     }
     impl_->wake(id.index);
     impl_->wakeNeighbours(id.index);
@@ -191,7 +206,6 @@ void World<S>::remove(BodyId id) {
     }
     impl_->contacts.forget(id.index);
     impl_->islands.forget(id.index);
-    std::erase(impl_->changed, id.index);
     impl_->bodies.remove(id);
 }
 
@@ -339,34 +353,36 @@ void World<S>::setMotor(JointId id, double speed, double maxForce) {
 }
 template <class S>
 void World<S>::applyForce(BodyId id, const Vec3<S>& force) {
-    applyForce(id, force, impl_->body(id).pose.position);
+    impl_->push(id, force, {}, Vec3<S>::Zero());
 }
 template <class S>
 void World<S>::applyForce(BodyId id, const Vec3<S>& force, const Vec3<S>& point) {
-    Body<S>& b = impl_->body(id);
-    requireFinite(b.name(), "force", force.allFinite() && point.allFinite());
-    b.push(force, (point - b.pose.position).cross(force));
-    impl_->wake(id.index);
+    impl_->push(id, force, point, Vec3<S>::Zero());
 }
 template <class S>
 void World<S>::applyTorque(BodyId id, const Vec3<S>& torque) {
-    Body<S>& b = impl_->body(id);
-    requireFinite(b.name(), "torque", torque.allFinite());
-    b.push(Vec3<S>::Zero(), torque);
-    impl_->wake(id.index);
+    impl_->push(id, Vec3<S>::Zero(), {}, torque);
 }
 template <class S>
 void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& point) {
     Body<S>& b = impl_->body(id);
-    requireFinite(b.name(), "impulse", impulse.allFinite() && point.allFinite());
+    const std::string name = label(b.name());
+    const FieldCheck given(name);
+    given.field("impulse", Vec3d(impulse.template cast<double>()), FieldRule{"N s"});
+    given.field("impulse.point", Vec3d(point.template cast<double>()), pushPlaceRule);
     if (!b.isDynamic()) {
         return;
     }
     const Mat3<S> R = b.pose.rotation.toRotationMatrix();
-    b.v += impulse / b.kind->mass;
+    const Vec3<S> v = b.v + impulse / b.kind->mass;
+    Vec3<S> w = b.w;
     if (!b.kind->def.particle) {
-        b.w += R * inverseOf<S>(b.kind->inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
+        w += R * inverseOf<S>(b.kind->inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
     }
+    given.field("impulse, the speed after it", Vec3d(v.template cast<double>()), bodySpeedRule);
+    given.field("impulse, the spin after it", Vec3d(w.template cast<double>()), bodySpinRule);
+    b.v = v;
+    b.w = w;
     impl_->wake(id.index);
     impl_->touch(id.index);
 }

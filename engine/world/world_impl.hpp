@@ -7,6 +7,9 @@
 #include "engine/world/continuous.hpp"
 
 #include <mutex>
+#include <optional>
+#include <set>
+#include <unordered_map>
 
 namespace cairn {
 
@@ -27,7 +30,9 @@ struct World<S>::Impl {
     BodyTable<S> bodies{firstGeneration};
     BodyMaker<S> bodyMaker;
     JointTable<S> joints{firstGeneration};
-    std::vector<ProxyPair> noCollide;  // jointed bodies that ignore each other; sorted, one entry a joint
+    std::unordered_map<std::uint64_t, int>
+        noCollide;  // jointed bodies that ignore each other (pairKey()): their joints
+    std::set<std::pair<std::uint32_t, std::uint32_t>> jointsOf;  // a body, and a joint that holds it
     BroadPhase broadPhase;
     ContactTable<S> contacts;
     Islands<S> islands;
@@ -96,7 +101,15 @@ struct World<S>::Impl {
     void leave(std::uint32_t i);
     void jointEnters(std::uint32_t joint);
     void jointLeaves(std::uint32_t joint);
+    std::vector<std::uint32_t> jointsAt(std::uint32_t body) const;  // rising
+    void tidyAwake();
     double potentialOf(const Body<S>& body) const;  // J
+    static std::uint64_t pairKey(std::uint32_t a, std::uint32_t b) {
+        return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+    }
+    // A force (N) at a point (m; none: the centre of mass) and a torque (N m), world, for the next step. Throws
+    // InputError where they, or all of the step together, are beyond what a world takes.
+    void push(BodyId id, const Vec3<S>& force, const std::optional<Vec3<S>>& point, const Vec3<S>& torque);
     // Its contacts are found anew before the next step.
     void touch(std::uint32_t index) {
         if (!bodies[index].changed) {

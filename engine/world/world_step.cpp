@@ -123,6 +123,8 @@ void World<S>::Impl::findSleepersBeside() {
 
 template <class S>
 void World<S>::Impl::applyChanges(double dt) {
+    contacts.dropForgotten();
+    tidyAwake();
     if (!changed.empty() && detectedFor > 0) {
         findSleepersBeside();
     }
@@ -144,6 +146,7 @@ void World<S>::Impl::applyChanges(double dt) {
         broadPhase.update(*jobs);
         detect(dt, true);
     }
+    tidyAwake();
 }
 
 template <class S>
@@ -243,16 +246,9 @@ void World<S>::Impl::moveKinematic(S dt) {
 
 template <class S>
 void World<S>::Impl::forgetForces(std::uint32_t body) {
-    for (PairContacts<S>& pair : contacts.pairs()) {
-        if (pair.pair.a == body || pair.pair.b == body) {
-            pair.made = false;
-            pair.manifolds.clear();
-        }
-    }
-    for (const std::uint32_t j : awake.joints) {
-        if (joints[j].holds(body)) {
-            joints[j].lambda.clear();
-        }
+    contacts.forgetForces(body);
+    for (const std::uint32_t joint : jointsAt(body)) {
+        joints[joint].lambda.clear();
     }
     islands.forget(body);
 }

@@ -129,6 +129,26 @@ TEST(RayCast, ConeAlongItsSideAxisAndTip) {
     EXPECT_FALSE(rayCast({&c, 1}, {}, {Vec3d(0, 1, 0) - 3 * along + Vec3d(1e-6, 0, 0), along}));
 }
 
+// Such a ray has one end on the cone's sides; one that is turned a little has two, the other far away.
+TEST(RayCast, AlongTheSideOfAConeAsBesideIt) {
+    const Shape c = cone(1, 1);
+    std::mt19937 random(4);
+    int hits = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Quatd turn = expQuat<double>(uniform(random, -M_PI, M_PI) * Vec3d::UnitY());
+        const Vec3d along = (i % 2 == 0 ? 1 : -1) * (turn * Vec3d(1, -2, 0).normalized());
+        const Vec3d origin = uniformPoint(random, 2);
+        const auto exact = rayCast({&c, 1}, {}, {origin, along});
+        const auto beside = rayCast({&c, 1}, {}, {origin, along + 1e-8 * uniformPoint(random, 1)});
+        ASSERT_EQ(exact.has_value(), beside.has_value()) << i;
+        if (exact) {
+            ++hits;
+            EXPECT_NEAR(exact->distance, beside->distance, 1e-6) << i;
+        }
+    }
+    EXPECT_GT(hits, 150);
+}
+
 TEST(RayCast, FarAndSmallKeepsItsDigits) {
     const Shape dot = sphere(1e-3);
     const Posed far{{1e5, 2e5, -1e5}, Quatd::Identity()};
@@ -261,6 +281,24 @@ TEST(ClosestPoints, OfSurfacesAsEveryTriangleAsked) {
             }
         }
     }
+}
+
+// What a closed mesh holds is told by its own shape, not by the answer that it goes into.
+TEST(Contains, AMeshOfABoxHoldsWhatTheBoxHolds) {
+    const Shape solid = box({0.5, 0.3, 0.8});
+    const Shape scaled = meshInstance(mesh(surface(box(Vec3d::Ones()))).mesh, solid.size);
+    std::mt19937 random(8);
+    int inside = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3d p = uniformPoint(random, 1);
+        const bool isIn = (p.cwiseAbs().array() <= solid.size.array()).all();
+        inside += isIn ? 1 : 0;
+        for (const Shape& shape : {solid, mesh(surface(solid)), scaled}) {
+            EXPECT_EQ(contains({&shape, 1}, {}, p), isIn) << name(shape.kind) << " " << p.transpose();
+            EXPECT_EQ(pointDistance({&shape, 1}, {}, p)->distance <= 0, isIn) << name(shape.kind);
+        }
+    }
+    EXPECT_GT(inside, 100);
 }
 
 TEST(PointDistance, NoSurfacePointIsNearer) {

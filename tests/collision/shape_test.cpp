@@ -155,11 +155,14 @@ TEST(Shape, ValidateNamesWhatIsWrong) {
     expectRefused(with(ShapeKind::Box, [](Shape& s) { s.pose.rotation.w() = 2; }),
                   "shape.pose.rotation = of length 2: give a unit quaternion x, y, z, w: normalize() it");
     expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.friction = -1; }),
-                  "shape.material.friction = -1: give a finite number >= 0");
-    expectRefused(
-        with(ShapeKind::Box, [](Shape& s) { s.material.staticFriction = 0.1; }),
-        "shape.material.staticFriction = 0.1: give a number that is not below friction, or a negative one for "
-        "the same as friction");
+                  "shape.material.friction = -1: give a number in [0, 1e6]");
+    expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.friction = 1.1e6; }),
+                  "shape.material.friction = 1.1e+06: give a number in [0, 1e6]");
+    expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.spinningFriction = 1.1e6; }),
+                  "shape.material.spinningFriction = 1.1e+06: give a number in [0, 1e6] in m");
+    expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.staticFriction = 0.1; }),
+                  "shape.material.staticFriction = 0.1: give a number from friction to 1e6, or a negative one for the "
+                  "same as friction");
     expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.restitution = 2; }),
                   "shape.material.restitution = 2: give a number in [0, 1]");
     expectRefused(with(ShapeKind::Box, [](Shape& s) { s.material.density = -1; }),

@@ -243,16 +243,16 @@ bool JointFactor::factor(const Rows& active) {
     std::size_t target = 0;
     for (std::size_t k = 0; k < order_.size(); ++k) {
         const std::size_t m = activeAt(active, k).size();
-        const double* pivot = &matrix_[diagonal_[k]];
-        if (!invert(&matrix_[diagonal_[k]], m)) {
+        const double* pivot = matrix_.data() + diagonal_[k];
+        if (!invert(matrix_.data() + diagonal_[k], m)) {
             return false;
         }
         for (const Later& i : later_[k]) {
-            multiplyByPivot(&matrix_[i.lower], pivot, activeAt(active, at(i.place)).size(), m);
+            multiplyByPivot(matrix_.data() + i.lower, pivot, activeAt(active, at(i.place)).size(), m);
         }
         for (const Later& i : later_[k]) {
             for (const Later& j : later_[k]) {
-                subtractProduct(&matrix_[targets_[target++]], &matrix_[i.lower], &matrix_[j.upper],
+                subtractProduct(matrix_.data() + targets_[target++], matrix_.data() + i.lower, matrix_.data() + j.upper,
                                 activeAt(active, at(i.place)).size(), m, activeAt(active, at(j.place)).size());
             }
         }
@@ -265,7 +265,7 @@ void JointFactor::substitute(const Rows& active, std::vector<double>& right) con
         const std::vector<int>& own = activeAt(active, k);
         const std::size_t m = own.size();
         for (const Later& i : later_[k]) {
-            const double* lower = &matrix_[i.lower];
+            const double* lower = matrix_.data() + i.lower;
             const std::vector<int>& theirs = activeAt(active, at(i.place));
             for (std::size_t r = 0; r < theirs.size(); ++r) {
                 for (std::size_t c = 0; c < m; ++c) {
@@ -283,14 +283,14 @@ void JointFactor::substitute(const Rows& active, std::vector<double>& right) con
         }
         for (const Later& j : later_[k]) {
             const std::vector<int>& theirs = activeAt(active, at(j.place));
-            const double* upper = &matrix_[j.upper];
+            const double* upper = matrix_.data() + j.upper;
             for (std::size_t r = 0; r < m; ++r) {
                 for (std::size_t c = 0; c < theirs.size(); ++c) {
                     rest[r] -= upper[r * theirs.size() + c] * right[at(theirs[c])];
                 }
             }
         }
-        const double* pivot = &matrix_[diagonal_[k]];
+        const double* pivot = matrix_.data() + diagonal_[k];
         for (std::size_t r = 0; r < m; ++r) {
             double value = 0;
             for (std::size_t c = 0; c < m; ++c) {

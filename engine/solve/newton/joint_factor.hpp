@@ -29,8 +29,8 @@ public:
 
     void clear();
     const std::vector<Sum>& sums() const { return sums_; }
-    double* at(const Sum& sum) { return &matrix_[sum.offset]; }
-    double* diagonal(std::size_t joint) { return &matrix_[diagonal_[at(placeOf_[joint])]]; }
+    double* at(const Sum& sum) { return matrix_.data() + sum.offset; }
+    double* diagonal(std::size_t joint) { return matrix_.data() + diagonal_[at(placeOf_[joint])]; }
     // Turns the matrix into its factor. False: it is singular.
     bool factor(const Rows& active);
     // Replaces `right` (by row of all joints) by what solves the matrix, with the rows that it was factored for.

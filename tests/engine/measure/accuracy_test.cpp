@@ -81,6 +81,20 @@ TEST(Accuracy, ConstraintResidualOfAnOpenJoint) {
     });
 }
 
+// A joint that gives way by its compliance and its damping is no wrong joint: an exact solver leaves it no residual.
+TEST(Accuracy, NoResidualOfAJointThatGivesWayAsItSays) {
+    Worldd world({.solver = DirectDef{}});
+    const BodyId post = world.add({.type = BodyType::Static, .shapes = {sphere(0.1)}});
+    const BodyId bob = world.add({.shapes = {sphere(0.1)}, .mass = 3});
+    world.add(BallDef{.a = post, .b = bob, .softness = {.compliance = 1e-3, .damping = 20}});
+    double worst = 0;
+    for (int k = 0; k < 60; ++k) {
+        worst = std::max(worst, world.step(1.0 / 60).error.residualConstraint);
+    }
+    expectBelow("sqrt(J), of a damped joint", worst, 3e-13);
+    EXPECT_GT(position(world, bob).norm(), 0.01) << "it did give way";
+}
+
 // Solvers that push both sides of a row leave no momentum unexplained; the others do as far as they are unconverged.
 TEST(Accuracy, MomentumResidualIsThatOfBodiesOnly) {
     forEachSolver([](SolverDef solver) {

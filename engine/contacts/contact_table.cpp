@@ -1,0 +1,273 @@
+// Which pairs are kept, and where: awake ones in a list, those that rest apart from it.
+#include "engine/contacts/contacts.hpp"
+
+#include "engine/contacts/crowds.hpp"
+#include "engine/contacts/internal_edges.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace cairn {
+
+template <class S>
+void ContactTable<S>::update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies,
+                             const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
+    crowded_ = leaveOutCrowds(found, bodies, near_);
+    follow(crowded_ > 0 ? near_ : found, bodies);
+    collide(bodies, speculative, jobs, onlyChanged);
+    cull(bodies, jobs, onlyChanged);
+}
+
+template <class S>
+void ContactTable<S>::rest(PairContacts<S>& pair) {
+    restingPoints_ += pair.pointCount();
+    restingBackward_.emplace(pair.pair.b, pair.pair.a);
+    resting_.emplace(pair.pair, std::move(pair));
+}
+
+template <class S>
+typename std::map<ProxyPair, PairContacts<S>>::iterator ContactTable<S>::dropResting(
+    typename std::map<ProxyPair, PairContacts<S>>::iterator entry) {
+    restingPoints_ -= entry->second.pointCount();
+    restingBackward_.erase({entry->first.b, entry->first.a});
+    return resting_.erase(entry);
+}
+
+template <class S>
+void ContactTable<S>::leave(PairContacts<S>& pair, const BodyTable<S>& bodies) {
+    left_.emplace_back(pair.pair.b, pair.pair.a);
+    const Body<S>& a = bodies[pair.pair.a];
+    const Body<S>& b = bodies[pair.pair.b];
+    if (a.rests() && b.rests()) {
+        rest(pair);
+        return;
+    }
+    for (const ContactManifold<S>& manifold : pair.manifolds) {
+        pair.endPoints(manifold, a, a.pose, b, b.pose);
+    }
+    if (!pair.ended().empty()) {
+        const ProxyPair ids = pair.pair;
+        gone_.push_back({std::move(pair), bodies.idAt(ids.a), bodies.idAt(ids.b)});
+    }
+}
+
+template <class S>
+void ContactTable<S>::renewBackward() {
+    std::sort(came_.begin(), came_.end());
+    std::sort(left_.begin(), left_.end());
+    remaining_.clear();
+    std::set_difference(backward_.begin(), backward_.end(), left_.begin(), left_.end(), std::back_inserter(remaining_));
+    backward_.clear();
+    std::merge(remaining_.begin(), remaining_.end(), came_.begin(), came_.end(), std::back_inserter(backward_));
+    came_.clear();
+    left_.clear();
+}
+
+template <class S>
+void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies) {
+    if (!std::equal(pairs_.begin(), pairs_.end(), near.begin(), near.end(),
+                    [](const PairContacts<S>& old, const ProxyPair& pair) { return old.pair == pair; })) {
+        next_.clear();
+        next_.reserve(near.size());
+        auto old = pairs_.begin();
+        for (const ProxyPair& pair : near) {
+            while (old != pairs_.end() && old->pair < pair) {
+                leave(*old++, bodies);
+            }
+            if (old != pairs_.end() && old->pair == pair) {
+                next_.push_back(std::move(*old++));
+                continue;
+            }
+            came_.emplace_back(pair.b, pair.a);
+            if (const auto kept = resting_.find(pair); kept != resting_.end()) {
+                next_.push_back(std::move(kept->second));
+                restingPoints_ -= next_.back().pointCount();
+                next_.back().isNew = true;
+                restingBackward_.erase({pair.b, pair.a});
+                resting_.erase(kept);
+            } else {
+                next_.emplace_back().pair = pair;
+            }
+        }
+        while (old != pairs_.end()) {
+            leave(*old++, bodies);
+        }
+        pairs_.swap(next_);
+        next_.clear();
+        renewBackward();
+    } else if (next_.capacity() > 0) {
+        next_ = {};
+        remaining_ = {};
+        came_ = {};
+        left_ = {};
+    }
+    for (const ProxyId body : woken_) {
+        for (const ProxyPair& pair : restingPairsOf(body)) {
+            if (!bodies[pair.a].rests() || !bodies[pair.b].rests()) {
+                dropResting(resting_.find(pair));
+            }
+        }
+    }
+    woken_.clear();
+}
+
+template <class S>
+void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs,
+                              bool onlyChanged) {
+    constexpr std::size_t pairsPerJob = 32;
+    const std::size_t jobCount = (pairs_.size() + pairsPerJob - 1) / pairsPerJob;
+    countsOf_.assign(jobCount, {});
+    isCarried_.assign(pairs_.size(), 0);
+    const auto look = [&](std::size_t i, NarrowCounts& counts) {
+        PairContacts<S>& pair = pairs_[i];
+        const Body<S>& a = bodies[pair.pair.a];
+        const Body<S>& b = bodies[pair.pair.b];
+        const bool changed = a.changed || b.changed;
+        pair.isNew = pair.isNew || changed;
+        if (pair.made && (onlyChanged ? !changed : a.stands() && b.stands())) {
+            pair.forgetBefore();
+            isCarried_[i] = !onlyChanged && !(a.rests() && b.rests()) ? 1 : 0;
+            return;
+        }
+        const bool anew = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, speculative, counts);
+        isCarried_[i] = anew ? 0 : 1;
+    };
+    parallelFor(jobs, jobCount, 1, [&](std::size_t k) {
+        for (std::size_t i = k * pairsPerJob; i < std::min((k + 1) * pairsPerJob, pairs_.size()); ++i) {
+            look(i, countsOf_[k]);
+        }
+    });
+    counts_ = {};
+    carried_ = static_cast<int>(std::count(isCarried_.begin(), isCarried_.end(), 1));
+    for (const NarrowCounts& c : countsOf_) {
+        counts_ += c;
+    }
+}
+
+template <class S>
+void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onlyChanged) {
+    // All pairs of a body of which one may have changed.
+    const auto isGroundPair = [&](const PairContacts<S>& pair, std::uint32_t& mover) {
+        const Body<S>& a = bodies[pair.pair.a];
+        const Body<S>& b = bodies[pair.pair.b];
+        mover = a.isDynamic() ? pair.pair.a : pair.pair.b;
+        return !pair.manifolds.empty() && a.isDynamic() != b.isDynamic() &&
+               (bodies[mover].awake || bodies[mover].changed);
+    };
+    isToCull_.resize(bodies.slotCount(), 0);
+    std::uint32_t mover = 0;
+    bool any = false;
+    for (const PairContacts<S>& pair : pairs_) {
+        const Body<S>& a = bodies[pair.pair.a];
+        const Body<S>& b = bodies[pair.pair.b];
+        if ((onlyChanged ? a.changed || b.changed : !(a.stands() && b.stands())) && isGroundPair(pair, mover)) {
+            isToCull_[mover] = 1;
+            any = true;
+        }
+    }
+    if (!any) {
+        ground_ = {};
+        return;
+    }
+    ground_.clear();
+    for (PairContacts<S>& pair : pairs_) {
+        if (isGroundPair(pair, mover) && isToCull_[mover] != 0) {
+            addGroundPair<S>(ground_, pair, bodies[pair.pair.a], bodies[pair.pair.b]);
+        }
+    }
+    for (const GroundPair<S>& pair : ground_) {
+        isToCull_[pair.mover] = 0;
+    }
+    const auto side = [&](std::uint32_t body) {
+        const Body<S>& b = bodies[body];
+        return PairSide<S>{&b, b.pose, b.v, b.w};
+    };
+    cullInternalEdges<S>(ground_, side, jobs);
+}
+
+template <class S>
+std::vector<std::size_t> ContactTable<S>::placesOf(ProxyId body) const {
+    std::vector<std::size_t> places;
+    const auto placeOf = [&](const ProxyPair& pair) {
+        return std::lower_bound(pairs_.begin(), pairs_.end(), pair,
+                                [](const PairContacts<S>& p, const ProxyPair& q) { return p.pair < q; });
+    };
+    for (auto other = std::lower_bound(backward_.begin(), backward_.end(), Backward{body, 0});
+         other != backward_.end() && other->first == body; ++other) {
+        places.push_back(static_cast<std::size_t>(placeOf({other->second, body}) - pairs_.begin()));
+    }
+    for (auto pair = placeOf({body, 0}); pair != pairs_.end() && pair->pair.a == body; ++pair) {
+        places.push_back(static_cast<std::size_t>(pair - pairs_.begin()));
+    }
+    return places;
+}
+
+template <class S>
+std::vector<ProxyPair> ContactTable<S>::restingPairsOf(ProxyId body) const {
+    std::vector<ProxyPair> pairs;
+    for (auto other = restingBackward_.lower_bound({body, 0}); other != restingBackward_.end() && other->first == body;
+         ++other) {
+        pairs.push_back({other->second, body});
+    }
+    for (auto entry = resting_.lower_bound({body, 0}); entry != resting_.end() && entry->first.a == body; ++entry) {
+        pairs.push_back(entry->first);
+    }
+    return pairs;
+}
+
+template <class S>
+void ContactTable<S>::forget(ProxyId body) {
+    for (const std::size_t place : placesOf(body)) {
+        PairContacts<S>& pair = pairs_[place];
+        if (!pair.isForgotten) {
+            left_.emplace_back(pair.pair.b, pair.pair.a);
+            PairContacts<S> empty;
+            empty.pair = pair.pair;
+            empty.isForgotten = true;
+            pair = std::move(empty);
+            hasForgotten_ = true;
+        }
+    }
+    for (const ProxyPair& pair : restingPairsOf(body)) {
+        dropResting(resting_.find(pair));
+    }
+}
+
+template <class S>
+void ContactTable<S>::dropForgotten() {
+    if (hasForgotten_) {
+        std::erase_if(pairs_, [](const PairContacts<S>& pair) { return pair.isForgotten; });
+        renewBackward();
+        hasForgotten_ = false;
+    }
+}
+
+template <class S>
+std::vector<std::uint32_t> ContactTable<S>::neighbours(ProxyId body) const {
+    std::vector<std::uint32_t> others;
+    const auto note = [&](const PairContacts<S>& pair) {
+        if (!pair.manifolds.empty()) {
+            others.push_back(pair.pair.a == body ? pair.pair.b : pair.pair.a);
+        }
+    };
+    for (const ProxyPair& pair : restingPairsOf(body)) {
+        note(resting_.at(pair));
+    }
+    for (const std::size_t place : placesOf(body)) {
+        note(pairs_[place]);
+    }
+    return others;
+}
+
+template <class S>
+void ContactTable<S>::forgetForces(ProxyId body) {
+    for (const std::size_t place : placesOf(body)) {
+        pairs_[place].made = false;
+        pairs_[place].manifolds.clear();
+    }
+}
+
+template class ContactTable<float>;
+template class ContactTable<double>;
+
+}  // namespace cairn
