@@ -10,7 +10,7 @@ bool isDeep(const Body<S>& a, const Body<S>& b) {
     if (!a.isDynamic() || !b.isDynamic()) {
         return false;
     }
-    const double reach = 0.5 * (a.kind->innerRadius + b.kind->innerRadius);
+    const double reach = deepShare * (a.kind->innerRadius + b.kind->innerRadius);
     return static_cast<double>((a.pose.position - b.pose.position).squaredNorm()) < reach * reach;
 }
 

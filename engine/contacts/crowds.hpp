@@ -7,9 +7,10 @@
 
 namespace cairn {
 
-// Bodies that are so deep in each other that no other than a mistake put them there: their centres are nearer than half
-// their inner radii together. Of such pairs each body keeps this many.
-inline constexpr int mostDeepNeighbours = 16;
+// Bodies that are so deep in each other that no other than a mistake put them there: their centres are nearer than this
+// share of their inner radii together. Of such pairs each body keeps this many.
+inline constexpr double deepShare = 0.9;
+inline constexpr int mostDeepNeighbours = 8;
 
 // `near` less those deep pairs that both bodies have too many of, in order; gives how many were left out. Where none
 // is, `kept` is not touched.

@@ -105,6 +105,8 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
     report.energyChange += std::isfinite(gained) ? static_cast<double>(gained) : 0.0;
     report.forces = static_cast<double>(sums.weight);
     report.energyInPlay = static_cast<double>(kineticEnergy_ + static_cast<S>(fallInPlay) * sums.weight);
+    const S explained = std::min(static_cast<S>(report.energyInPlay), kineticEnergy_ + sums.explained);
+    most_ = std::max(S(0), explained);
     kineticEnergy_ = sums.after;
     if (balance) {
         storeResiduals(problem, sums, report);
@@ -113,25 +115,43 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
 
 template <class S>
 void Balance<S>::takeBack(Problem<S>& problem, SolveReport& report) {
-    const S left = std::max(S(0), kineticEnergy_ - static_cast<S>(report.energyGained));
-    if (!(kineticEnergy_ > S(0)) || !std::isfinite(kineticEnergy_)) {
+    if (!(kineticEnergy_ > most_) || !std::isfinite(kineticEnergy_)) {
         return;
     }
-    const S ratio = std::sqrt(left / kineticEnergy_);
+    S mass = 0;
+    Vec3<S> mean = Vec3<S>::Zero();  // m/s
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        if (!problem.bodies[i].fixed) {
+            mass += problem.bodies[i].mass;
+            mean += momentum_[i].template head<3>();
+        }
+    }
+    mean /= mass;
+    // What they do together is no part of it, unless that alone is too much.
+    const S together = S(0.5) * mass * mean.squaredNorm();
+    const bool isApart = together < most_;
+    mean = isApart ? mean : Vec3<S>(Vec3<S>::Zero());
+    const S common = isApart ? together : S(0);
+    const S ratio = std::sqrt((most_ - common) / (kineticEnergy_ - common));
     S squared = 0;
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
         SolverBody<S>& body = problem.bodies[i];
         if (body.fixed) {
             continue;
         }
-        const S taken = (S(1) - ratio) * (S(1) - ratio) * momentum_[i].dot(body.applyInverseMass(momentum_[i]));
-        body.v *= ratio;
+        // Scaled, not subtracted: next to what has exploded the rest is less than its last digit.
+        Vec6<S> shared = Vec6<S>::Zero();
+        shared.template head<3>() = body.mass * mean;
+        const Vec6<S> taken = (S(1) - ratio) * (momentum_[i] - shared);
+        const S residual = taken.dot(body.applyInverseMass(taken));
+        momentum_[i] = shared + ratio * (momentum_[i] - shared);
+        body.v.template head<3>() = mean + ratio * (body.v.template head<3>() - mean);
+        body.v.template tail<3>() *= ratio;
         body.gyroMomentum *= ratio;
-        momentum_[i] *= ratio;
-        body.momentumResidual += std::sqrt(taken);
-        squared += taken;
+        body.momentumResidual += std::sqrt(residual);
+        squared += residual;
     }
-    kineticEnergy_ = left;
+    kineticEnergy_ = most_;
     report.residualMomentum += static_cast<double>(std::sqrt(squared));
 }
 

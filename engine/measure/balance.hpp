@@ -19,8 +19,8 @@ public:
     // sub-step; of solvers that balance by construction in the first and the last one.
     void close(Problem<S>& problem, S h, SolveReport& report);
     // After close(), of a sub-step that nothing shorter can mend: takes the energy that it made out of the bodies'
-    // speeds, all in one ratio, so that what goes wrong goes on as slowly as it came. What was found stays in the
-    // report, and what is taken is added to the bodies' residuals.
+    // speeds about their common one, all in one ratio, so that what goes wrong goes on as slowly as it came. What was
+    // found stays in the report, and what is taken is added to the bodies' residuals.
     void takeBack(Problem<S>& problem, SolveReport& report);
 
 private:
@@ -54,6 +54,7 @@ private:
     bool isFirst_ = true;  // sub-step
     S force_ = 0;          // N, what rows carried when the balance was last drawn, added up
     S kineticEnergy_ = 0;
+    S most_ = 0;                     // J, kinetic, that the last sub-step can account for
     std::vector<Vec6<S>> momentum_;  // of each body, N s and N m s, world axes about its centre
 };
 

@@ -31,8 +31,8 @@ TEST(Crowds, BoxesBornInOneSpotComeApart) {
         ASSERT_TRUE(world.centre(body).allFinite());
         farthest = std::max(farthest, world.centre(body).norm());
     }
-    // They part by the speed at which overlaps are pushed out, pair after pair: 90 m.
-    EXPECT_LT(farthest, 180);
+    // A heap, and not a blast: what drives them apart leaves no energy.
+    expectBelow("farthest, m", farthest, 24);
 }
 
 // What lies in a heap as it should has no deep neighbours at all.

@@ -122,7 +122,10 @@ TEST(GyroscopicRules, MeasuredLadder) {
     EXPECT_EQ(none.flip, 0) << "without a rule nothing tumbles";
     const LadderEntry explicitSlow = ladderEntry(GyroscopicRule::Explicit, 5, 1.0 / 60);
     expectClose("explicit, 5 rad/s: energy at the end", explicitSlow.endEnergy, 1.276, 1e-3);
-    EXPECT_GT(ladderEntry(GyroscopicRule::Explicit, 20, 1.0 / 60).worstEnergy, 1e6) << "it blows up";
+    // It blows up, and what a sub-step makes of nothing over a tenth is taken out again.
+    const double made = ladderEntry(GyroscopicRule::Explicit, 20, 1.0 / 60).worstEnergy;
+    EXPECT_GT(made, 6);
+    EXPECT_LT(made, 26);
     struct Case {
         double speed;
         double dt;
