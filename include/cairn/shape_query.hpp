@@ -37,8 +37,8 @@ std::optional<RayHit> rayCast(std::span<const Shape> shapes, const Posed& worldF
 
 // Two bodies at their nearest places, or where they overlap at the ends of the shortest way out.
 struct Closest {
-    double distance = 0;        // m; negative: how deep they overlap. Exact where both are convex (1e-4 of the size for
-                                // deep overlaps of round shapes); for surfaces that of the triangle overlapped most
+    double distance = 0;        // m; negative: how deep they overlap. Exact where both are convex (1.3e-3 of the size
+                                // for deep overlaps of round shapes); for surfaces that of the triangle overlapped most
     Vec3d onA = Vec3d::Zero();  // m, world
     Vec3d onB = Vec3d::Zero();
     Vec3d normal = Vec3d::UnitY();  // unit, from A to B, world: onB - onA = distance * normal
