@@ -38,8 +38,9 @@ struct Body {
     // What few bodies have.
     struct Extra {
         std::string name;
-        Vec3<S> force = Vec3<S>::Zero();   // N, asked for this step
-        Vec3<S> torque = Vec3<S>::Zero();  // N m, about the centre of mass
+        Vec3<S> force = Vec3<S>::Zero();       // N, asked for this step
+        Vec3<S> torque = Vec3<S>::Zero();      // N m, about the centre of mass
+        Vec3<S> spinChange = Vec3<S>::Zero();  // rad/s, see spinChange()
     };
 
     std::shared_ptr<const BodyKind<S>> kind;
@@ -84,6 +85,14 @@ struct Body {
     const std::string& name() const;  // may be empty
     Vec3<S> force() const { return extra ? extra->force : Vec3<S>(Vec3<S>::Zero()); }
     Vec3<S> torque() const { return extra ? extra->torque : Vec3<S>(Vec3<S>::Zero()); }
+    // By how much the spin (rad/s) of what swings faster than a sub-step sees changed in the last one of joints alone
+    // (joint_newton.hpp).
+    Vec3<S> spinChange() const { return extra ? extra->spinChange : Vec3<S>(Vec3<S>::Zero()); }
+    void swingsOn(const Vec3<S>& change) {
+        if (extra || !change.isZero(S(0))) {
+            extra.make().spinChange = change;
+        }
+    }
     bool isPushed() const { return extra && !(extra->force.isZero(S(0)) && extra->torque.isZero(S(0))); }
     void push(const Vec3<S>& force, const Vec3<S>& torque) {
         extra.make().force += force;

@@ -20,6 +20,7 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionS
     if (s.fixed) {
         return s;
     }
+    s.spinChange = body.spinChange();
     s.gyroscopic = body.kind->gyroscopic ? motion.gyroscopic : GyroscopicRule::None;
     s.gyroscopicInertia = motion.gyroscopicInertia && s.gyroscopic != GyroscopicRule::None;
     s.mass = body.kind->mass;

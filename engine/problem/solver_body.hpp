@@ -25,6 +25,7 @@ struct SolverBody {
     S linearDecay = 0;                // 1/s
     S angularDecay = 0;
     Vec3<S> acceleration = Vec3<S>::Zero();     // m/s2, mean over the last step
+    Vec3<S> spinChange = Vec3<S>::Zero();       // rad/s, Body::spinChange()
     Vec3<S> stiffening = Vec3<S>::Zero();       // kg m2, of the diagonal of `inertia`: geometric stiffness, no mass
     Vec6<S> vBefore = Vec6<S>::Zero();          // twist at the start of the sub-step
     Vec6<S> externalImpulse = Vec6<S>::Zero();  // N s, N m s: what forces, damping and impacts gave it in this sub-step

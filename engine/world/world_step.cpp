@@ -228,6 +228,7 @@ void World<S>::Impl::writeBack(const Problem<S>& problem, IslandState& state, S 
         b.acceleration = (state.settles ? v : Vec3<S>(v - b.v)) / dt;
         b.v = v;
         b.w = w;
+        b.swingsOn(s.spinChange);
         b.endPush();
     }
 }
@@ -261,6 +262,7 @@ void World<S>::Impl::restoreNonFinite(const Island& island) {
             b.v.setZero();
             b.w.setZero();
             b.acceleration.setZero();
+            b.swingsOn(Vec3<S>::Zero());
             b.restState = RestState::Moving;
             forgetForces(i);
             report.nonFinite.push_back(bodies.idAt(i));

@@ -51,7 +51,6 @@ bool JointNewton<S>::prepare(const Problem<S>& problem, double maxWork) {
     if (joints == 0) {
         return false;
     }
-    std::swap(graph_, lastGraph_);
     graph_.clear();
     counts_.clear();
     for (std::size_t k = 0; k < joints; ++k) {
@@ -67,9 +66,6 @@ bool JointNewton<S>::prepare(const Problem<S>& problem, double maxWork) {
         if (body.particle || body.holdsInertia) {
             return false;
         }
-    }
-    if (graph_ != lastGraph_ || lastChange_.size() != problem.bodies.size()) {
-        lastChange_.assign(problem.bodies.size(), Vec3<double>::Zero());
     }
     return factor_.analyse(graph_, counts_, problem.bodies.size(), maxWork);
 }
@@ -94,7 +90,7 @@ void JointNewton<S>::evaluate(Problem<S>& problem, S h) {
         if (lag_ > 0) {
             // A turn about theta, by 2 atan(|theta| / 2).
             const Vec3<double> change = (mine.v - mine.vBefore).tail<3>();
-            const Vec3<double> half = -0.5 * wide * (lag_ * change - swingDamping * (change - lastChange_[i]));
+            const Vec3<double> half = -0.5 * wide * (lag_ * change - swingDamping * (change - mine.lastChange));
             mine.ahead = Quat<double>(1, half.x(), half.y(), half.z()).normalized().toRotationMatrix();
         }
     }
@@ -369,6 +365,7 @@ void JointNewton<S>::start(Problem<S>& problem, S h, const JointNewtonOptions& o
         mine.momentum = mine.inertia * mine.vStar.tail<3>() + mine.gyroMomentum;
         mine.v = body.vBefore.template cast<double>();
         mine.vBefore = mine.v;
+        mine.lastChange = body.spinChange.template cast<double>();
         if (body.gyroscopic != GyroscopicRule::None) {
             // The free motion runs backwards as it runs on: by as much as its mean spin is ahead of that of now.
             const Vec3<double> pushed =
@@ -485,7 +482,7 @@ void JointNewton<S>::sumUp(const Problem<S>& problem) {
 // The poses go where the joints are closed; the twists that are handed on get the last digits of the balance of
 // momentum.
 template <class S>
-void JointNewton<S>::handBack(Problem<S>& problem, S h) {
+void JointNewton<S>::handBack(Problem<S>& problem, S h) const {
     const double wide = static_cast<double>(h);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         const JointBody& mine = bodies_[i];
@@ -493,7 +490,10 @@ void JointNewton<S>::handBack(Problem<S>& problem, S h) {
         if (mine.fixed) {
             continue;
         }
-        lastChange_[i] = (mine.v - mine.vBefore).template tail<3>();
+        body.spinChange.setZero();
+        if (lag_ > 0) {
+            body.spinChange = (mine.v - mine.vBefore).template tail<3>().template cast<S>();
+        }
         Vec6<double> left;
         left.head<3>() = mine.inverseMass * mine.residual.head<3>();
         left.tail<3>() = mine.inverseInertia * mine.residual.tail<3>();

@@ -49,6 +49,7 @@ struct JointBody {
     Mat3<double> inertia, inverseInertia;  // world axes, at the start
     Vec6<double> vStar, v;
     Vec6<double> vBefore;                 // mean twist at which it came here
+    Vec3<double> lastChange;              // rad/s, of its spin in the last sub-step
     Vec3<double> momentum, gyroMomentum;  // N m s: without the rows; beyond inertia times vStar
     Vec6<double> residual;                // M (v - vStar) - J^T p
     Mat3<double> stiffness;               // of its swing, N m s: minus the change of its torque impulse per theta
@@ -70,7 +71,7 @@ public:
     bool meetsContacts(Problem<S>& problem, S h) const;
     // Gives the island the last solve(): the bodies' twists, the rows' gradients and lambda, for integrate() to move
     // it.
-    void handBack(Problem<S>& problem, S h);
+    void handBack(Problem<S>& problem, S h) const;
     double fastestSpin() const;  // rad/s, of the last solve()
     // m or rad, of the worst hard row at the end of the last solve().
     double worst() const { return worst_; }
@@ -93,7 +94,7 @@ private:
     void sumUp(const Problem<S>& problem);
 
     JointFactor factor_;
-    JointFactor::Graph graph_, lastGraph_;
+    JointFactor::Graph graph_;
     std::vector<int> counts_;  // rows of each block
 
     std::vector<JointBody> bodies_;
@@ -104,8 +105,7 @@ private:
     std::vector<RowBlock<S>> endBlocks_;
     std::vector<double> right_;
     std::vector<Vec6<double>> moved_;
-    std::vector<double> moments_;           // N m, of each body
-    std::vector<Vec3<double>> lastChange_;  // rad/s, of each body's spin in the last sub-step
+    std::vector<double> moments_;  // N m, of each body
     double lag_ = 0;
     double worst_ = 0;                   // m or rad
     double residual_ = 0;                // m/s, worst row of the natural map

@@ -82,6 +82,33 @@ TYPED_TEST(Determinism, SameBitsForEveryRunAndThreadCount) {
     });
 }
 
+// Islands of two bodies alike in all but how far they swing: what one leaves behind must not reach the next that its
+// thread solves, nor depend on what else is in the world.
+TYPED_TEST(Determinism, WhatSwingsAloneSwingsTheSameBesideOthers) {
+    using S = TypeParam;
+    const auto swing = [](int first, int last, int threads) {
+        World<S> world({.sleep = {.enabled = false}, .threads = threads});
+        std::vector<BodyId> bobs;
+        for (int i = first; i < last; ++i) {
+            const Vec3d hook(0, 0, 3.0 * i);
+            const double angle = 0.1 * i;
+            const Vec3d arm(std::cos(angle), -std::sin(angle), 0);
+            BodyId above = world.add({.type = BodyType::Static, .position = hook});
+            for (int k = 0; k < 2; ++k) {
+                bobs.push_back(
+                    world.add({.position = hook + (k + 1) * arm, .mass = 1, .inertia = Vec3d::Constant(1e-3)}));
+                world.add(BallDef{.a = above, .b = bobs.back(), .anchor = hook + k * arm});
+                above = bobs.back();
+            }
+        }
+        run(world, 1);
+        return position(world, bobs[bobs.size() - 1]);
+    };
+    const Vec3d alone = swing(11, 12, 1);
+    EXPECT_EQ(alone, swing(0, 12, 1));
+    EXPECT_EQ(alone, swing(0, 12, 3));
+}
+
 // A solver keeps no state of the answer: swapping it away and back between steps changes nothing.
 TYPED_TEST(Determinism, SolverMayBeSetAnewEveryStep) {
     using S = TypeParam;
