@@ -161,12 +161,15 @@ void Balance<S>::addBodies(const Problem<S>& problem, S h, Sums& out) {
         Sums sums;
         for (std::size_t i = begin; i < end; ++i) {
             const SolverBody<S>& body = problem.bodies[i];
-            sums.explained += S(0.5) * h * body.force.dot(body.vBefore + body.v);
-            sums.weight += body.force.template head<3>().norm();
-            if (!body.fixed && !body.offset.isZero()) {
-                // An impact within the sub-step: forces did their work along the way there and the way back.
-                sums.explained += body.force.template head<3>().dot(body.offset.template head<3>());
+            // The way along which forces work. Flight and impacts within the sub-step are in the offset; the turn by
+            // symplectic Euler is at its mean spin.
+            Vec6<S> way = S(0.5) * h * (body.vBefore + body.v);
+            if (body.flies) {
+                way.template head<3>() = h * body.v.template head<3>();
             }
+            way.template head<3>() += body.offset.template head<3>();
+            sums.explained += body.force.dot(way);
+            sums.weight += body.force.template head<3>().norm();
             if (body.fixed) {
                 sums.drives = sums.drives || isDriven(body);
                 continue;

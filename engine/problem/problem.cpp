@@ -82,39 +82,90 @@ void SolverBody<S>::predict(S h) {
     externalImpulse.setZero();
     gyroMomentum.setZero();
     offset.setZero();
+    isJointed = false;
+    flies = false;
     if (fixed) {
         return;
     }
     if (gyroscopic != GyroscopicRule::None || !stiffening.isZero()) {
         refreshInertia();
     }
-    v += h * applyInverseMass(force);
-    if (linearDecay > S(0)) {
-        v.template head<3>() *= std::exp(-linearDecay * h);
-    }
-    if (angularDecay > S(0)) {
-        v.template tail<3>() *= std::exp(-angularDecay * h);
-    }
+    v += forced(h);
     externalImpulse = applyMass(v - vBefore);
-    if (gyroscopic != GyroscopicRule::None) {
-        const Mat3<S> R = pose.rotation.toRotationMatrix();
-        const Vec3<S> w = v.template tail<3>();
-        const Vec3<S> local = R.transpose() * w;
-        const Vec3<S> mean = R * freeSpin(gyroscopic, localInertia, local, h).mean;
-        gyroMomentum = inertia * w;
-        if (gyroscopicInertia) {
-            inverseInertia = R * spinResponse(gyroscopic, localInertia, local, h) * R.transpose();
-            inertia = inverseInertia.inverse();
-            holdsInertia = true;
-            inertiaAt.coeffs().setZero();
+    startTurn(h);
+}
+
+template <class S>
+Vec6<S> SolverBody<S>::forced(S h) const {
+    if (fixed) {
+        return Vec6<S>::Zero();
+    }
+    Vec6<S> change = h * applyInverseMass(force);
+    const auto damp = [h](S decay, const auto& before, auto&& by) {
+        if (decay > S(0)) {
+            by = std::exp(-decay * h) * (before + by) - before;
         }
-        gyroMomentum -= inertia * mean;
-        v.template tail<3>() = mean;
+    };
+    damp(linearDecay, vBefore.template head<3>(), change.template head<3>());
+    damp(angularDecay, vBefore.template tail<3>(), change.template tail<3>());
+    return change;
+}
+
+template <class S>
+void SolverBody<S>::startTurn(S h) {
+    if (gyroscopic == GyroscopicRule::None) {
+        return;
+    }
+    const Mat3<S> R = pose.rotation.toRotationMatrix();
+    const Vec3<S> w = v.template tail<3>();
+    const Vec3<S> local = R.transpose() * w;
+    const Vec3<S> mean = R * freeSpin(gyroscopic, localInertia, local, h).mean;
+    gyroMomentum = inertia * w;
+    if (gyroscopicInertia) {
+        inverseInertia = R * spinResponse(gyroscopic, localInertia, local, h) * R.transpose();
+        inertia = inverseInertia.inverse();
+        holdsInertia = true;
+        inertiaAt.coeffs().setZero();
+    }
+    gyroMomentum -= inertia * mean;
+    v.template tail<3>() = mean;
+}
+
+template <class S>
+void SolverBody<S>::undoTurn() {
+    if (gyroscopic == GyroscopicRule::None) {
+        return;
+    }
+    const Vec3<S> momentum = inertia * v.template tail<3>() + gyroMomentum;
+    gyroMomentum.setZero();
+    holdsInertia = false;
+    refreshInertia();
+    v.template tail<3>() = inverseInertia * momentum;
+}
+
+template <class S>
+void SolverBody<S>::fly(S h) {
+    // Of what forces changed, what a row may have changed beside it.
+    constexpr S share = S(1e-6);
+    const Vec6<S> change = forced(h);
+    const Vec3<S> predicted = vBefore.template head<3>() + inverseMass * externalImpulse.template head<3>();
+    const S unseen =
+        std::max(share * change.template head<3>().norm(), S(8) * Eigen::NumTraits<S>::epsilon() * predicted.norm());
+    flies = !isJointed && (v.template head<3>() - predicted).norm() <= unseen;
+    if (!flies) {
+        return;
+    }
+    offset.template head<3>() -= S(0.5) * h * change.template head<3>();
+    if (gyroscopic == GyroscopicRule::None) {
+        offset.template tail<3>() -= S(0.5) * h * change.template tail<3>();
     }
 }
 
 template <class S>
 void SolverBody<S>::integrate(S h) {
+    if (!fixed) {
+        fly(h);
+    }
     const Vec3<S> w = v.template tail<3>();
     pose = moved(v, h);
     if (particle || gyroscopic == GyroscopicRule::None) {
@@ -132,7 +183,22 @@ void SolverBody<S>::integrate(S h) {
 template <class S>
 void Problem<S>::predict(S h) {
     impacts_.clear();
+    halvingsAsked = 0;
     forEach(bodies.size(), [&](std::size_t i) { bodies[i].predict(h); });
+    const auto hold = [&](int body) {
+        if (body >= 0) {
+            bodies[static_cast<std::size_t>(body)].isJointed = true;
+        }
+    };
+    for (const JointLink& link : joints) {
+        hold(link.a);
+        hold(link.b);
+        hold(link.c);
+        hold(link.d);
+    }
+    for (const LockLink& lock : locks) {
+        hold(lock.b);
+    }
 }
 
 template <class S>
@@ -207,6 +273,22 @@ void Problem<S>::linearize() {
         for (int r = 0; r < block.count; ++r) {
             contactRows[i].delassus[r] = responses[static_cast<std::size_t>(block.first + r)].delassus;
         }
+    }
+}
+
+template <class S>
+void Problem<S>::takeOffsets() {
+    const auto offsetOf = [&](int i) -> const Vec6<S>& { return bodies[static_cast<std::size_t>(i)].offset; };
+    for (const ProblemContact<S>& contact : contacts) {
+        for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
+             i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
+            contactRows[i].C +=
+                contact.frame.normal.dot(pointSpeed(contactRows[i], offsetOf(contact.a), offsetOf(contact.b)));
+        }
+    }
+    for (std::size_t k = static_cast<std::size_t>(jointBlocks); k < blocks.size(); ++k) {
+        Row<S>& row = rows[static_cast<std::size_t>(blocks[k].first)];
+        row.C += rowDot(row, blocks[k], offsetOf);
     }
 }
 

@@ -110,6 +110,8 @@ struct Problem {
     std::vector<std::uint32_t> jointOrder;  // blocks, colour by colour
     JobSystem* jobs = nullptr;              // that share an island with colours; null: none
 
+    // By impacts of the present sub-step: what bounced turns too far in it.
+    int halvingsAsked = 0;
     bool isDriven = false;  // touches, or is joined to, a kinematic body that moves
     StepPlan plan;
     SubstepLimits limits;
@@ -131,6 +133,8 @@ struct Problem {
     void linearizeCompact(bool placesContacts = true);
     // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it.
     void respond();
+    // Adds SolverBody::offset to C of the contacts, so that C + h J v is where they end.
+    void takeOffsets();
     // Takes block k anew at the present poses: C and J of its rows; lambda, bounds and responses stay.
     void relinearize(std::size_t k);
     // C of the rows of joints and locks at the present poses, in the order of `rows`.

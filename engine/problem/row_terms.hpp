@@ -77,6 +77,14 @@ S frictionCoefficient(const Problem<S>& problem, const ProblemContact<S>& contac
     });
 }
 
+// Whether a contact at C (m) that parts at u (m/s) is soon open without a push: raised, the bodies would gain what it
+// weighs. What bounced comes out of a depth so, where the turn of the bodies led it in.
+template <class S>
+bool partsByItself(S C, S u) {
+    constexpr S soon = S(0.01);  // s
+    return C < S(0) && C + soon * u > S(0);
+}
+
 // Friction onto its disc (theory 4.19): the two tangential impulses go to the nearest point whose length is at most
 // `limit` = mu p_n, of the unit of x and y. Returns the share that is left of them.
 template <class S>

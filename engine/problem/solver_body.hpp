@@ -37,14 +37,23 @@ struct SolverBody {
     Vec3<S> gyroMomentum = Vec3<S>::Zero();
     bool gyroscopicInertia = false;    // as the solver was asked for, for this body
     bool holdsInertia = false;         // inertia is that of the sub-step's equation of motion until it has moved
-    Vec6<S> offset = Vec6<S>::Zero();  // m and rad, what an impact within the sub-step takes from its motion
+    bool isJointed = false;            // a joint or lock holds it
+    bool flies = false;                // no row held it in this sub-step
+    Vec6<S> offset = Vec6<S>::Zero();  // m and rad, what flight and impacts within the sub-step add to h v
 
     // Takes the inertia at the present pose; nothing to do where it was taken at that.
     void refreshInertia();
     // v <- the mean twist of a sub-step of h without constraints: h (force / M) and damping at its start, then the mean
     // of the free spin (by need).
     void predict(S h);
-    // Moves the pose by h v; then v is the twist at the end of the sub-step.
+    // By how much forces and damping change the twist in h, from vBefore.
+    Vec6<S> forced(S h) const;
+    // The mean of the free spin in place of the spin that forces and impulses at the start of the sub-step leave, and
+    // back; nothing where no gyroscopic rule holds.
+    void startTurn(S h);
+    void undoTurn();
+    // Moves the pose by h v, or along the parabola of its forces where no row held the body; then v is the twist at the
+    // end of the sub-step.
     void integrate(S h);
     // Where the body is after h seconds at twist v, starting here (offset included).
     Pose<S> moved(const Vec6<S>& twist, S h) const;
@@ -61,6 +70,10 @@ struct SolverBody {
         p.template tail<3>().noalias() = inertia * twist.template tail<3>();
         return p;
     }
+
+private:
+    // Where no row held the body, its place is to lie on the parabola of its forces.
+    void fly(S h);
 };
 
 }  // namespace cairn

@@ -7,7 +7,13 @@
 
 namespace cairn {
 
+// Whether something bounced. It moves what it hits by SolverBody::offset beside h v: who goes by C + h J v takes that
+// into C (Problem::takeOffsets()).
 template <class S>
-void resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h);
+bool resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h);
+
+// Whether it may set Problem::halvingsAsked.
+template <class S>
+bool impactsMayAskForHalvings(const Problem<S>& problem);
 
 }  // namespace cairn

@@ -1,5 +1,6 @@
 #include "engine/solve/step_controller.hpp"
 #include "engine/solve/checkpoint.hpp"
+#include "engine/solve/impacts.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -121,12 +122,23 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     if (mayBeginAnew(plan)) {
         problem_.atStep = problem_.bodies;
     }
-    const std::optional<Checkpoint<S>> start =
-        plan.guard != Guard::None ? std::optional<Checkpoint<S>>(problem_) : std::nullopt;
+    const bool guards = plan.guard != Guard::None;
+    std::optional<Checkpoint<S>> start;
+    if (guards || impactsMayAskForHalvings(problem_)) {
+        start.emplace(problem_);
+    }
     static thread_local Balance<S> balance;
     Course course = begin(dt, plan.substeps << halvings, {}, balance);
     while (course.left > 0) {
         SolveReport one = advance(course, maxWork);
+        if (start && problem_.halvingsAsked > 0 && halvings < maxHalvings) {
+            const int more = std::min(problem_.halvingsAsked, maxHalvings - halvings);
+            start->restore(problem_);
+            halvings += more;
+            solution.halvings += more;
+            course = begin(dt, plan.substeps << halvings, {.work = course.sum.work + one.work}, balance);
+            continue;
+        }
         if (!one.tooLong) {
             balance.close(problem_, course.h, one);
             const bool isHeld = !problem_.joints.empty() && !problem_.contacts.empty();
@@ -139,8 +151,8 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         const bool goesOn = learn(one);
         one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
-            const bool sound = !start || isSound(plan.guard, one);
-            if ((!sound && halvings == maxHalvings) || (!start && one.energyGained > explosion * one.energyInPlay)) {
+            const bool sound = !guards || isSound(plan.guard, one);
+            if ((!sound && halvings == maxHalvings) || (!guards && one.energyGained > explosion * one.energyInPlay)) {
                 balance.takeBack(problem_, one);
             }
             if (sound || halvings == maxHalvings) {

@@ -244,18 +244,6 @@ void fillSystem(const Problem<double>& problem, ContactNewton<double>& newton, c
     }
 }
 
-// Whether what bounces nearly without loss turns so far in a step that it matters at which of its poses it hits: there
-// a long step makes energy from nothing.
-template <class S>
-bool tumblesElastically(const Problem<S>& problem, S dt) {
-    const bool isElastic = std::any_of(
-        problem.contacts.begin(), problem.contacts.end(),
-        [](const ProblemContact<S>& contact) { return contact.restitution > static_cast<S>(Tuning::elastic); });
-    return isElastic && std::any_of(problem.bodies.begin(), problem.bodies.end(), [&](const SolverBody<S>& body) {
-               return !body.fixed && dt * body.v.template tail<3>().norm() > static_cast<S>(Tuning::elasticTurn);
-           });
-}
-
 // A number that changes when who touches whom changes (FNV-1a).
 template <class S>
 std::uint64_t graphOf(const Problem<S>& problem) {
@@ -317,6 +305,9 @@ void fillProjection(const Problem<double>& problem, ContactNewton<double>& newto
             t.lo = row.lo;
             t.hi = row.hi;
             t.bias = equality ? std::clamp(row.C / h, -pushOut, pushOut) : std::max(row.C / h, -pushOut);
+            if (!equality && partsByItself(row.C, problem.rowVelocity(row, block))) {
+                t.bias = std::max(t.bias, 0.0);
+            }
         }
     }
     for (Vec6<double>& v : newton.vStar) {
@@ -337,11 +328,8 @@ NewtonReport solve(ContactNewton<double>& newton, const Problem<double>& problem
 }  // namespace
 
 template <class S>
-StepPlan Direct<S>::plan(Problem<S>& problem, const ControllerState&, S dt) const {
-    if (settings_.def.substeps > 0) {
-        return {.substeps = settings_.def.substeps};
-    }
-    return {.substeps = tumblesElastically(problem, dt) ? Tuning::elasticSubsteps : 1};
+StepPlan Direct<S>::plan(Problem<S>&, const ControllerState&, S) const {
+    return {.substeps = std::max(1, settings_.def.substeps)};
 }
 
 template <class S>
@@ -369,7 +357,9 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     report.directSolves = 1;
     problem.predict(h);
     problem.linearize();
-    resolveImpacts(problem, settings_, h);
+    if (resolveImpacts(problem, settings_, h)) {
+        problem.takeOffsets();
+    }
     report.rows = static_cast<int>(problem.rows.size());
     DirectMemory<S>& memory = memoryOf(problem);
     const bool mayBeAlone =

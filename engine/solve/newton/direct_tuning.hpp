@@ -104,15 +104,6 @@ struct DirectTuning {
     static constexpr double manyIterations = 1e6;
     static constexpr int fallbackSweeps = 20;    // that Gauss-Seidel gets where Newton has not converged
     static constexpr int minFallbackSweeps = 3;  // where a bound on work leaves no room for more
-
-    // --- What bounces without loss ---
-
-    // Restitution and rad a step above which a step is taken in elasticSubsteps: 200 random drops of boxes, capsules,
-    // cylinders, hulls and compounds from 2 m gained in the worst case 68 % of their energy in 2.5 s at e = 1 without
-    // friction in one sub-step, 40 in two, 12 in four and 9.5 in eight (test Impacts.*); at e = .7 nothing in one.
-    static constexpr double elastic = 0.75;
-    static constexpr double elasticTurn = 0.03;
-    static constexpr int elasticSubsteps = 8;
 };
 
 }  // namespace cairn

@@ -363,7 +363,8 @@ std::size_t stabilise(Problem<S>& problem, S h, S pushOut, int sweeps) {
                                     ? row.C - std::clamp(row.C, -limit, limit)
                                     : std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(limit, -part)));
                 }
-                if (!equality && row.C > static_cast<S>(-2 * slop) && moved[i] == S(0)) {
+                if (!equality && moved[i] == S(0) &&
+                    (row.C > static_cast<S>(-2 * slop) || partsByItself(row.C, problem.rowVelocity(row, block)))) {
                     return;
                 }
                 const S delassus = problem.delassus(row, block);

@@ -26,7 +26,9 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     static thread_local System system;
     problem.predict(h);
     system.linearize(problem);
-    resolveImpacts(problem, settings_, h);
+    if (resolveImpacts(problem, settings_, h)) {
+        problem.takeOffsets();
+    }
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
     }

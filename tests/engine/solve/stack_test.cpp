@@ -218,7 +218,7 @@ TEST(Stacks, StruckTowerGainsNoEnergy) {
         addBox(world, Vec3d(0, 0.5 + i, 0));
     }
     world.add(
-        {.shapes = {sphere(0.4)}, .position = Vec3d(-6, 6.67, 0.1), .linearVelocity = Vec3d(12, 0, 0), .mass = 3});
+        {.shapes = {sphere(0.4)}, .position = Vec3d(-6, 6.68, 0.1), .linearVelocity = Vec3d(12, 0, 0), .mass = 3});
     const double start = motionOf(world).energy();
     double largest = start;
     int unconverged = 0;
