@@ -123,7 +123,7 @@ void SolverBody<S>::startTurn(S h) {
     gyroMomentum = inertia * w;
     if (gyroscopicInertia) {
         inverseInertia = R * spinResponse(gyroscopic, localInertia, local, h) * R.transpose();
-        inertia = inverseInertia.inverse();
+        inertia = inverseOf(inverseInertia);
         holdsInertia = true;
         inertiaAt.coeffs().setZero();
     }

@@ -6,6 +6,7 @@
 // for f pulling outwards. Taken as the sums of its columns' absolute values on the diagonal, so that M stays positive
 // definite (Andrews 2017). What it costs is exactness: angular momentum of the damped body is given to the constraint's
 // turning force before that has turned.
+#include "engine/model/gyroscopics.hpp"
 #include "engine/problem/problem.hpp"
 
 namespace cairn {
@@ -40,7 +41,7 @@ void addGeometricStiffness(Problem<S>& problem, S h) {
                 const Vec3<S> stiff = h * h * geometricStiffness<S>(force, first ? block.armA : block.armB);
                 body.stiffening += stiff;
                 body.inertia.diagonal() += stiff;
-                body.inverseInertia = body.inertia.inverse();
+                body.inverseInertia = inverseOf(body.inertia);
             }
         }
     }

@@ -129,7 +129,7 @@ S timeOfTouch(S C, S before, S after, bool lags, S h) {
     const S start = lags ? after : before;
     const S bend = lags ? S(0) : (after - before) / h;
     const S root = start * start - S(2) * bend * C;
-    if (!(after < S(0)) || (C < S(0) && !(start < S(0) && root > S(0)))) {
+    if (!(after < S(0)) || (C <= S(0) && !(start < S(0) && root > S(0)))) {
         return 0;
     }
     return root > S(0) ? std::clamp(S(2) * C / (std::sqrt(root) - start), -h, h) : h;

@@ -79,6 +79,28 @@ TEST(Impacts, OfAnyShapeMakeNoEnergy) {
     });
 }
 
+// What stands on what would give back all of a bounce stays where it is, from the first step on.
+TEST(Impacts, WhatRestsDoesNotBounce) {
+    forEachSolver([](const SolverDef& solver) {
+        Worldd world({.solver = solver, .sleep = {.enabled = false}});
+        addFloor(world, 0.5, 1);
+        std::vector<BodyId> boxes;
+        for (int i = 0; i < 3; ++i) {
+            boxes.push_back(world.add(
+                {.shapes = {withMaterial(box(Vec3d::Constant(0.5)), 0.5, 1)}, .position = Vec3d(0, 0.5 + i, 0)}));
+        }
+        double moved = 0;
+        for (int step = 0; step < 60; ++step) {
+            world.step(1.0 / 60);
+            for (std::size_t i = 0; i < boxes.size(); ++i) {
+                moved = std::max(moved, std::abs(position(world, boxes[i]).y() - 0.5 - static_cast<double>(i)));
+            }
+        }
+        expectBelow(solverName(solver) + ", moved, m", moved,
+                    boundOf(solver, std::max(2e-6, traitsOf(solver).give), {{"hybrid", 1.3e-3}}));
+    });
+}
+
 // Boxes among boxes and walls that lose nothing: what a minute of hits, some hundreds a second, makes of their energy.
 TEST(Impacts, RoomOfBoxesKeepsItsEnergy) {
     constexpr double half = 3;  // m, of the room
