@@ -249,10 +249,11 @@ void Balance<S>::addContacts(const Problem<S>& problem, S h, bool balance, Sums&
                 const Vec3<S>& force = problem.points[i].force;
                 sums.force += std::abs(problem.points[i].normalForce) + problem.points[i].friction.norm();
                 const Vec3<S> p = h * force;
+                const ContactRows<S> at = problem.rowsOf(contact, i);
                 onA.template head<3>() -= p;
-                onA.template tail<3>() -= problem.contactRows[i].armA.cross(p);
+                onA.template tail<3>() -= at.armA.cross(p);
                 onB.template head<3>() += p;
-                onB.template tail<3>() += problem.contactRows[i].armB.cross(p);
+                onB.template tail<3>() += at.armB.cross(p);
             }
             if (driven) {
                 sums.explained += S(0.5) * ((a.fixed ? S(0) : onA.dot(a.vBefore + a.v)) +

@@ -130,11 +130,11 @@ private:
              i < static_cast<std::size_t>(met.firstPoint + met.count); ++i) {
             ProblemPoint<S>& point = problem_.points[i];
             const S before = std::min(S(0), point.separation);
-            const S separation = problem_.geometry[i].separation(a, b);
+            const S separation = problem_.geometryOf(met, i).separation(a, b);
             sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
             point.error = separation >= S(0) && point.normalForce == S(0)
                               ? S(0)
-                              : touching(met, problem_.contactRows[i], point, separation, asked, sum);
+                              : touching(met, problem_.rowsOf(met, i), point, separation, asked, sum);
         }
     }
 

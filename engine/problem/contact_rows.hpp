@@ -28,6 +28,15 @@ struct ContactRows {
     }
 };
 
+// Who keeps the rows of an island's contacts elsewhere than in Problem::contactRows.
+template <class S>
+class ContactRowKeeper {
+public:
+    virtual ~ContactRowKeeper() = default;
+    // Those of a point of one of Problem::contacts: arms, C, delassus and friction.
+    virtual ContactRows<S> rowsOf(std::size_t contact, std::size_t point) const = 0;
+};
+
 // The speed of b against a at a contact point, m/s.
 template <class S>
 [[gnu::always_inline]] inline Vec3<S> pointSpeed(const ContactRows<S>& point, const Vec6<S>& va, const Vec6<S>& vb) {

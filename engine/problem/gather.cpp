@@ -1,4 +1,5 @@
 #include "engine/problem/gather.hpp"
+#include "base/resize.hpp"
 #include "engine/contacts/internal_edges.hpp"
 #include "engine/model/gyroscopics.hpp"
 #include "engine/problem/colouring.hpp"
@@ -115,6 +116,11 @@ void Gatherer<S>::gather() {
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
     problem_.jobs = island_.isLarge() ? world_.jobs : nullptr;
     problem_.isDriven = island_.isDriven;
+    // With room for some fixed ones, which would double it.
+    constexpr std::size_t fixedBodies = 16;
+    if (island_.bodies.size() + fixedBodies > problem_.bodies.capacity()) {
+        problem_.bodies.reserve(island_.bodies.size() + island_.bodies.size() / 16 + fixedBodies);
+    }
     problem_.bodies.resize(island_.bodies.size());
     problem_.forEach(island_.bodies.size(), [&](std::size_t k) {
         const std::uint32_t i = island_.bodies[k];
@@ -221,14 +227,19 @@ void Gatherer<S>::fillContacts() {
         colourContacts();
     }
     int count = 0;
+    int rounds = 0;
     for (ProblemContact<S>& contact : problem_.contacts) {
         contact.firstPoint = count;
         count += contact.count;
+        if (world_.contacts.pairs()[contact.pair].manifolds[contact.manifold].isRound) {
+            contact.firstRound = rounds;
+            rounds += contact.count;
+        }
     }
-    problem_.points.resize(static_cast<std::size_t>(count));
-    problem_.geometry.resize(static_cast<std::size_t>(count));
+    resizeClosely(problem_.points, static_cast<std::size_t>(count));
+    resizeClosely(problem_.places, static_cast<std::size_t>(count));
+    resizeClosely(problem_.rounds, static_cast<std::size_t>(rounds));
     problem_.forEach(problem_.contacts.size(), [&](std::size_t c) { fillPoints(problem_.contacts[c]); });
-    problem_.startContacts();
     fillRolls();
     colourJoints();
 }
@@ -252,19 +263,20 @@ void Gatherer<S>::fillRolls() {
 }
 
 template <class S>
-void Gatherer<S>::fillPoints(const ProblemContact<S>& contact) {
+void Gatherer<S>::fillPoints(ProblemContact<S>& contact) {
     const PairContacts<S>& pair = world_.contacts.pairs()[contact.pair];
     const ContactManifold<S>& manifold = pair.manifolds[contact.manifold];
     ProblemPoint<S>* point = problem_.points.data() + contact.firstPoint;
-    ContactGeometry<S>* geometry = problem_.geometry.data() + contact.firstPoint;
+    int k = 0;
     for (const ContactPointState<S>& from : manifold.inForce()) {
-        *geometry++ = contactGeometry(manifold, from, world_.bodies[pair.pair.a], world_.bodies[pair.pair.b]);
+        problem_.placePoint(contact, k++,
+                            contactGeometry(manifold, from, world_.bodies[pair.pair.a], world_.bodies[pair.pair.b]));
         point->separation = from.separation;
         point->normalForce = from.normalForce;
         point->friction = from.friction;
         point->slip = manifold.slip(from);
-        point->impulse = from.impulse;
-        point->normalImpulse = from.normalImpulse;
+        point->impulse.setZero();
+        point->normalImpulse = S(0);
         point->error = from.error;
         ++point;
     }
@@ -280,8 +292,8 @@ void Gatherer<S>::handContactsBack() {
             point.normalForce = from->normalForce;
             point.friction = from->friction;
             manifold.setSlip(point, from->slip);
-            point.impulse = from->impulse;
-            point.normalImpulse = from->normalImpulse;
+            point.impulse += from->impulse;
+            point.normalImpulse += from->normalImpulse;
             point.error = from->error;
             ++from;
         }

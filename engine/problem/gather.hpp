@@ -45,7 +45,7 @@ private:
     // The place of a body in the problem; a fixed one is added when it is first met.
     int placeOf(std::uint32_t body);
     void fillContacts();
-    void fillPoints(const ProblemContact<S>& contact);
+    void fillPoints(ProblemContact<S>& contact);
     void colourContacts();
     void colourJoints();
     void fillRolls();

@@ -1,4 +1,5 @@
 #include "engine/problem/problem.hpp"
+#include "base/resize.hpp"
 #include "engine/constraints/axis_lock.hpp"
 #include "engine/model/gyroscopics.hpp"
 
@@ -50,14 +51,15 @@ void Problem<S>::clear() {
     bodies.clear();
     contacts.clear();
     points.clear();
-    geometry.clear();
+    places.clear();
+    rounds.clear();
+    rowKeeper = nullptr;
     joints.clear();
     locks.clear();
     rolls.clear();
     jointLambda.clear();
     jointImpulse.clear();
     jointGiven_.clear();
-    pointGiven_.clear();
     impacts_.clear();
     contactColours.clear();
     jointColours.clear();
@@ -67,13 +69,19 @@ void Problem<S>::clear() {
 }
 
 template <class S>
-void Problem<S>::startContacts() {
-    forEach(contacts.size(), [&](std::size_t c) {
-        const ProblemContact<S>& contact = contacts[c];
-        for (int k = 0; k < contact.count; ++k) {
-            geometry[static_cast<std::size_t>(contact.firstPoint + k)].startStep(poseOf(contact.a), poseOf(contact.b));
-        }
-    });
+void Problem<S>::placePoint(ProblemContact<S>& contact, int k, ContactGeometry<S> at) {
+    at.startStep(poseOf(contact.a), poseOf(contact.b));
+    if (k == 0) {
+        contact.normal = at.normal;
+        contact.carrier = at.carrier;
+        contact.particleA = at.particleA;
+        contact.particleB = at.particleB;
+    }
+    places[static_cast<std::size_t>(contact.firstPoint + k)] = {at.onA, at.onB};
+    if (contact.firstRound >= 0) {
+        rounds[static_cast<std::size_t>(contact.firstRound + k)] = {at.roundA, at.roundB, at.startRoundA,
+                                                                    at.startRoundB, at.startCarrier};
+    }
 }
 
 template <class S>
@@ -142,7 +150,8 @@ void Problem<S>::integrate(S h) {
 
 template <class S>
 void Problem<S>::placeContacts() {
-    contactRows.resize(points.size());
+    rowKeeper = nullptr;
+    resizeClosely(contactRows, points.size());
     forEach(contacts.size(), [&](std::size_t c) {
         ProblemContact<S>& contact = contacts[c];
         if (contact.count == 0) {
@@ -151,9 +160,9 @@ void Problem<S>::placeContacts() {
         const Placement<S> a(poseOf(contact.a));
         const Placement<S> b(poseOf(contact.b));
         const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
-        contact.frame = contactFrame(geometry[first], a, b);
+        contact.frame = contactFrame(geometryOf(contact, first), a, b);
         for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
-            contactRows[i].place(contactArms(geometry[i], contact.frame.normal, a, b));
+            contactRows[i].place(contactArms(geometryOf(contact, i), contact.frame.normal, a, b));
         }
     });
 }
@@ -256,7 +265,7 @@ void Problem<S>::linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, R
         force += points[i].normalForce;
     }
     RowWriter<S> writer(out, block);
-    const Vec3<S> normal = geometry[first].direction(poseOf(contact.a), poseOf(contact.b));
+    const Vec3<S> normal = geometryOf(contact, first).direction(poseOf(contact.a), poseOf(contact.b));
     if (roll.spinning > S(0)) {
         writer.makeMotor(writer.angular(normal, S(0)), S(0), roll.spinning * force);
     }
@@ -338,7 +347,7 @@ void Problem<S>::writeRows(const ProblemContact<S>& contact, std::size_t point, 
     block.friction = contact.friction;
     block.staticFriction = contact.staticFriction;
     RowWriter<S> writer(out, block);
-    const ContactRows<S>& placed = contactRows[point];
+    const ContactRows<S> placed = rowsOf(contact, point);
     linearizeContact<S>(contact.frame, {placed.armA, placed.armB, placed.C}, contact.hasFriction(), writer);
 }
 
@@ -362,8 +371,9 @@ void Problem<S>::relinearize(std::size_t k) {
         ProblemContact<S>& contact = contacts[static_cast<std::size_t>(contactOfPoint_[i])];
         const Pose<S>& a = poseOf(contact.a);
         const Pose<S>& b = poseOf(contact.b);
-        contact.frame = contactFrame(geometry[i], a, b);
-        contactRows[i].place(contactArms(geometry[i], contact.frame.normal, a, b));
+        const ContactGeometry<S> at = geometryOf(contact, i);
+        contact.frame = contactFrame(at, a, b);
+        contactRows[i].place(contactArms(at, contact.frame.normal, a, b));
         writeRows(contact, i, scratch, block);
     }
     blocks[k].armA = block.armA;
@@ -406,16 +416,22 @@ void Problem<S>::contactErrors(std::vector<S>& C) const {
         const Placement<S> b(poseOf(contact.b));
         for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
              i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
-            C[i] = geometry[i].separation(a, b);
+            C[i] = geometryOf(contact, i).separation(a, b);
         }
     }
 }
 
 template <class S>
+void Problem<S>::beginImpulses() {
+    jointGiven_.clear();
+    forEach(points.size(), [&](std::size_t i) {
+        points[i].impulse.setZero();
+        points[i].normalImpulse = S(0);
+    });
+}
+
+template <class S>
 void Problem<S>::handImpulsesOn() {
-    if (jointGiven_.empty() && pointGiven_.empty()) {
-        return;
-    }
     const std::size_t held = joints.size() + locks.size();
     jointImpulse.resize(held);
     for (std::size_t k = 0; k < jointGiven_.size(); ++k) {
@@ -426,19 +442,14 @@ void Problem<S>::handImpulsesOn() {
             rolls[k - held].impulse += jointGiven_[k].b.template tail<3>();
         }
     }
-    forEach(points.size(), [&](std::size_t i) {
-        points[i].impulse += pointGiven_[i].impulse;
-        points[i].normalImpulse += pointGiven_[i].normal;
-    });
-    beginImpulses();
+    jointGiven_.clear();
 }
 
 template <class S>
 void Problem<S>::storeJointLambda(S h) {
     jointGiven_.resize(static_cast<std::size_t>(jointBlocks));
-    pointGiven_.resize(points.size());
     for (const auto& [point, impact] : impacts_) {
-        pointGiven_[point] += impact;
+        give(point, impact);
     }
     jointLambda.clear();
     const std::size_t held = joints.size() + locks.size();
@@ -479,7 +490,7 @@ void Problem<S>::storeLambda(S h) {
         }
         const Vec3<S> force = row[0].lambda * row[0].b.template head<3>() + friction;
         keepForces(i, row[0].lambda, friction, force);
-        pointGiven_[i] += {h * force, h * row[0].lambda};
+        give(i, {h * force, h * row[0].lambda});
     }
 }
 
@@ -490,7 +501,7 @@ void Problem<S>::giveBeyondRows(std::size_t k, const JointGiven& beyond) {
         jointGiven_[k].a += beyond.a;
         jointGiven_[k].b += beyond.b;
     } else {
-        pointGiven_[k - first].impulse += beyond.b.template head<3>();
+        points[k - first].impulse += beyond.b.template head<3>();
     }
 }
 
@@ -506,7 +517,7 @@ void Problem<S>::storeCompactLambda(S h) {
             const S* p = contactRows[i].impulse;
             const Vec3<S> friction = p[1] * contact.frame.tangent1 + p[2] * contact.frame.tangent2;
             const Vec3<S> impulse = p[0] * contact.frame.normal + friction;
-            pointGiven_[i] += {impulse, p[0]};
+            give(i, {impulse, p[0]});
             if (isAsked) {
                 keepForces(i, perTime * p[0], perTime * friction, perTime * impulse);
             }

@@ -20,9 +20,26 @@ struct ProblemPoint {
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes
     Vec3<S> force = Vec3<S>::Zero();     // N, on b, world axes: both together, as they were given in the last sub-step
     Vec3<S> slip = Vec3<S>::Zero();      // m, world axes: how far b has slipped against a while it should have stuck
-    Vec3<S> impulse = Vec3<S>::Zero();   // N s of the step, on b, world axes; and of it along the normal
+    // N s of the piece of a step that is being solved, on b, world axes; and of it along the normal. What the pieces
+    // before it gave is with the world's contacts.
+    Vec3<S> impulse = Vec3<S>::Zero();
     S normalImpulse = 0;
     S error = 0;  // m, StepError::position of this point
+};
+
+// Where it lies: as ContactGeometry's of that name.
+template <class S>
+struct PointPlaces {
+    Vec3<S> onA;
+    Vec3<S> onB;
+};
+template <class S>
+struct RoundPlaces {
+    Vec3<S> roundA;
+    Vec3<S> roundB;
+    Vec3<S> startRoundA;
+    Vec3<S> startRoundB;
+    Quat<S> startCarrier;
 };
 
 // The points of one manifold: a range of Problem::points.
@@ -34,6 +51,12 @@ struct ProblemContact {
     int b = -1;
     int firstPoint = 0;
     int count = 0;
+    int firstRound = -1;  // of Problem::rounds; -1: flat
+    // As ContactGeometry's, for all points.
+    typename ContactGeometry<S>::Carrier carrier = ContactGeometry<S>::Carrier::A;
+    bool particleA = false;
+    bool particleB = false;
+    Vec3<S> normal = Vec3<S>::Zero();
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
@@ -73,17 +96,13 @@ struct Problem {
     struct PointGiven {
         Vec3<S> impulse = Vec3<S>::Zero();
         S normal = 0;
-
-        void operator+=(const PointGiven& o) {
-            impulse += o.impulse;
-            normal += o.normal;
-        }
     };
 
     std::vector<SolverBody<S>> bodies;
     std::vector<ProblemContact<S>> contacts;
     std::vector<ProblemPoint<S>> points;
-    std::vector<ContactGeometry<S>> geometry;  // by contact point
+    std::vector<PointPlaces<S>> places;  // by contact point
+    std::vector<RoundPlaces<S>> rounds;  // by contact point of those contacts that have round parts
     std::vector<JointLink> joints;
     std::vector<LockLink> locks;
     std::vector<RollLink> rolls;
@@ -100,7 +119,8 @@ struct Problem {
     std::vector<RowBlock<S>> blocks;
     std::vector<RowResponse<S>> responses;  // of rows, as they were at the last respond()
     int jointBlocks = 0;  // blocks before this one belong to joints, locks and rolls, whose C bends with the motion
-    std::vector<ContactRows<S>> contactRows;  // by contact point
+    std::vector<ContactRows<S>> contactRows;  // by contact point, unless another keeps them
+    const ContactRowKeeper<S>* rowKeeper = nullptr;
 
     // Of an island that is worth it the ends of the colours, each a range of `contacts` (or of joints and locks) in
     // which no two push the same body, so that threads may share it; the last one is for what found no colour, and in
@@ -120,8 +140,29 @@ struct Problem {
 
     // Nothing is left but room.
     void clear();
-    // The carriers of the contacts' normals are where the bodies are now.
-    void startContacts();
+    // Point k of a contact is there. The first says what carries the normal, from where the bodies are now.
+    void placePoint(ProblemContact<S>& contact, int k, ContactGeometry<S> at);
+    // `point` is one of `points`, here and below.
+    ContactGeometry<S> geometryOf(const ProblemContact<S>& contact, std::size_t point) const {
+        ContactGeometry<S> at{places[point].onA, places[point].onB, contact.normal};
+        at.particleA = contact.particleA;
+        at.particleB = contact.particleB;
+        at.carrier = contact.carrier;
+        if (contact.firstRound >= 0) {
+            const RoundPlaces<S>& round =
+                rounds[static_cast<std::size_t>(contact.firstRound - contact.firstPoint) + point];
+            at.roundA = round.roundA;
+            at.roundB = round.roundB;
+            at.startRoundA = round.startRoundA;
+            at.startRoundB = round.startRoundB;
+            at.startCarrier = round.startCarrier;
+        }
+        return at;
+    }
+    ContactRows<S> rowsOf(const ProblemContact<S>& contact, std::size_t point) const {
+        return rowKeeper == nullptr ? contactRows[point]
+                                    : rowKeeper->rowsOf(static_cast<std::size_t>(&contact - contacts.data()), point);
+    }
     // Of all bodies, as SolverBody::predict(). A sub-step begins.
     void predict(S h);
     // Collects the rows at the present poses with the lambda of the last solve: all of them, or those of contacts in
@@ -149,16 +190,16 @@ struct Problem {
     // `friction` of ProblemPoint), and what it gave.
     void storeJointLambda(S h);
     void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force);
-    void give(std::size_t point, const PointGiven& given) { pointGiven_[point] += given; }
+    void give(std::size_t point, const PointGiven& given) {
+        points[point].impulse += given.impulse;
+        points[point].normalImpulse += given.normal;
+    }
     // What block k gave in that sub-step beyond lambda along its rows as they are now: they turned while it was solved.
     void giveBeyondRows(std::size_t k, const JointGiven& beyond);
     // Impulses of the piece of a step that is being solved. None yet; what an impact of the present sub-step gave a
-    // contact point, which counts once storeLambda() says that the sub-step is taken; all of them added to those of the
-    // step.
-    void beginImpulses() {
-        jointGiven_.clear();
-        pointGiven_.clear();
-    }
+    // contact point, which counts once storeLambda() says that the sub-step is taken; those of joints, locks and rolls
+    // added to what they gave in the step.
+    void beginImpulses();
     void giveAtImpact(std::size_t point, const PointGiven& given) { impacts_.push_back({point, given}); }
     void handImpulsesOn();
 
@@ -178,7 +219,7 @@ struct Problem {
     void linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut) const;
     // Appends the rows of one joint at the present poses.
     void linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
-    // Appends the rows of a contact point, as contactRows says they are in this sub-step.
+    // Appends the rows of a contact point, as rowsOf() says they are in this sub-step.
     void writeRows(const ProblemContact<S>& contact, std::size_t point, std::vector<Row<S>>& out,
                    RowBlock<S>& block) const;
     // J M^-1 and J M^-1 J^T of a row that need not be among `rows`.
@@ -235,7 +276,6 @@ private:
 
     std::vector<int> contactOfPoint_;
     std::vector<JointGiven> jointGiven_;
-    std::vector<PointGiven> pointGiven_;
     std::vector<std::pair<std::size_t, PointGiven>> impacts_;  // of the present sub-step, with their points
 };
 

@@ -77,6 +77,21 @@ S frictionCoefficient(const Problem<S>& problem, const ProblemContact<S>& contac
     });
 }
 
+// Friction of a contact point (`i` of `points`) in this sub-step and, in the first one of a step, the impulses to start
+// from.
+template <class S>
+void startPoint(const Problem<S>& problem, const ProblemContact<S>& contact, std::size_t i, S warmStart, S h,
+                ContactRows<S>& point) {
+    point.friction = frictionCoefficient(problem, contact, point);
+    if (problem.limits.isFirst) {
+        const ProblemPoint<S>& last = problem.points[i];
+        const S scale = h * warmStart;
+        point.impulse[0] = std::max(S(0), scale * last.normalForce);
+        point.impulse[1] = contact.hasFriction() ? scale * last.friction.dot(contact.frame.tangent1) : S(0);
+        point.impulse[2] = contact.hasFriction() ? scale * last.friction.dot(contact.frame.tangent2) : S(0);
+    }
+}
+
 // Friction onto its disc (theory 4.19): the two tangential impulses go to the nearest point whose length is at most
 // `limit` = mu p_n, of the unit of x and y. Returns the share that is left of them.
 template <class S>

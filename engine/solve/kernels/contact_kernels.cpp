@@ -192,12 +192,35 @@ HWY_INLINE void store(D d, const Vector<D>& a, S (&to)[3][width], std::size_t la
     hn::Store(a.z, d, to[2] + lane);
 }
 
+// Both ends of point k of the contacts of a pack from `lane` on, m: in the world's axes, from the centres of mass.
+template <class D>
+struct PointEnds {
+    using S = hn::TFromD<D>;
+    HWY_INLINE PointEnds(D d, const ContactLanesView<S>& view, const ContactPack<S>& pack, std::size_t lane,
+                         std::size_t k, const Placement<D>& a, const Placement<D>& b) {
+        alignas(64) typename ContactPack<S>::Index at[ContactPack<S>::width];
+        for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+            at[n] = static_cast<typename ContactPack<S>::Index>(pack.firstPoint[lane + n] +
+                                                                (k < pack.points[lane + n] ? k : 0));
+        }
+        onA = gather<6>(d, view.places, at);
+        onB = gather<6>(d, view.places + 3, at);
+        if (pack.isRound) {
+            const RoundPack<S>& round = view.rounds[pack.firstRound + k];
+            onA = a.turned(onA - load(d, round.roundA, lane)) + load(d, round.startRoundA, lane);
+            onB = b.turned(onB - load(d, round.roundB, lane)) + load(d, round.startRoundB, lane);
+        } else {
+            onA = a.turned(onA);
+            onB = b.turned(onB);
+        }
+    }
+    Vector<D> onA, onB;
+};
+
 template <class S>
 void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
     const hn::CappedTag<S, ContactPack<S>::width> d;
     using D = hn::CappedTag<S, ContactPack<S>::width>;
-    const auto isRule = [&](hn::Vec<D> rule, ArmRule one)
-                            HWY_ATTR { return hn::Eq(rule, hn::Set(d, static_cast<S>(one))); };
     for (std::size_t n = begin; n < end; ++n) {
         ContactPack<S>& pack = view.packs[n];
         const FramePack<S>& frame = view.frames[n];
@@ -210,21 +233,25 @@ void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) 
             store(d, carrier.turned(load(d, frame.tangent1, lane)), pack.tangent1, lane);
             store(d, carrier.turned(load(d, frame.tangent2, lane)), pack.tangent2, lane);
             const Vector<D> apart = b.position - a.position;
+            store(d, apart, pack.apart, lane);
             const Vector<D> none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-            for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
-                const PointGeometryPack<S>& from = view.geometry[k];
-                PointPack<S>& point = view.points[k];
-                const Vector<D> onA = a.turned(load(d, from.onA, lane)) + load(d, from.roundA, lane);
-                const Vector<D> onB = b.turned(load(d, from.onB, lane)) + load(d, from.roundB, lane);
-                const auto rule = hn::Load(d, from.rule + lane);
-                Vector<D> armB = select<D>(isRule(rule, ArmRule::OnA), onA - apart, onB);
-                armB = select<D>(isRule(rule, ArmRule::CentreOfA), none - apart, armB);
-                armB = select<D>(isRule(rule, ArmRule::CentreOfB), none, armB);
-                const auto isEmpty = isRule(rule, ArmRule::NoPoint);
-                store(d, select<D>(isEmpty, none, armB), point.armB, lane);
-                store(d, select<D>(isEmpty, none, apart + armB), point.armA, lane);
-                const auto C = dot<D>(normal, (apart + onB) - onA);
-                hn::Store(hn::IfThenElse(isEmpty, hn::Set(d, std::numeric_limits<S>::infinity()), C), d,
+            const auto rule = hn::Load(d, frame.rule + lane);
+            const auto isRule = [&](ArmRule one) HWY_ATTR { return hn::Eq(rule, hn::Set(d, static_cast<S>(one))); };
+            alignas(64) S counts[ContactPack<S>::width];
+            for (std::size_t l = 0; l < hn::Lanes(d); ++l) {
+                counts[l] = static_cast<S>(pack.points[lane + l]);
+            }
+            const auto count = hn::Load(d, counts);
+            for (std::size_t k = 0; k < pack.count; ++k) {
+                PointPack<S>& point = view.points[pack.firstRow + k];
+                const PointEnds<D> ends(d, view, pack, lane, k, a, b);
+                Vector<D> armB = select<D>(isRule(ArmRule::OnA), ends.onA - apart, ends.onB);
+                armB = select<D>(isRule(ArmRule::CentreOfA), none - apart, armB);
+                armB = select<D>(isRule(ArmRule::CentreOfB), none, armB);
+                store(d, armB, point.armB, lane);
+                const auto C = dot<D>(normal, (apart + ends.onB) - ends.onA);
+                const auto isPoint = hn::Lt(hn::Set(d, static_cast<S>(k)), count);
+                hn::Store(hn::IfThenElse(isPoint, C, hn::Set(d, std::numeric_limits<S>::infinity())), d,
                           point.C + lane);
             }
         }
@@ -240,11 +267,11 @@ void give(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
         for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
             const Frame<D> frame(d, pack, lane);
             for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
-                PointGeometryPack<S>& to = view.geometry[k];
+                GivenPack<S>& to = view.given[k];
                 const Vector<D> p = load(d, view.points[k].impulse, lane);
                 const Vector<D> friction = scaled<D>(p.y, frame.tangent1) + scaled<D>(p.z, frame.tangent2);
-                store(d, load(d, to.given, lane) + (scaled<D>(p.x, frame.normal) + friction), to.given, lane);
-                hn::Store(hn::Add(hn::Load(d, to.givenNormal + lane), p.x), d, to.givenNormal + lane);
+                store(d, load(d, to.impulse, lane) + (scaled<D>(p.x, frame.normal) + friction), to.impulse, lane);
+                hn::Store(hn::Add(hn::Load(d, to.normal + lane), p.x), d, to.normal + lane);
             }
         }
     }
@@ -259,11 +286,12 @@ void beginTerms(const ContactLanesView<S>& view, std::size_t begin, std::size_t 
             const Mass<D> b(d, view.masses, pack.bodyB + lane);
             const Frame<D> frame(d, pack, lane);
             const Vector<D>* const directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
+            const Vector<D> apart = load(d, pack.apart, lane);
             const auto zero = hn::Zero(d);
             const auto warmStart = hn::Set(d, rule.warmStart);
             for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
-                const Vector<D> armA = load(d, point->armA, lane);
                 const Vector<D> armB = load(d, point->armB, lane);
+                const Vector<D> armA = apart + armB;
                 for (int t = 0; t < 3; ++t) {
                     const Vector<D> ra = cross<D>(armA, *directions[t]);
                     const Vector<D> rb = cross<D>(armB, *directions[t]);
@@ -294,9 +322,10 @@ void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, c
             const Twist<D> a(d, before, pack.bodyA + lane);
             const Twist<D> b(d, before, pack.bodyB + lane);
             const Frame<D> frame(d, pack, lane);
+            const Vector<D> apart = load(d, pack.apart, lane);
             for (std::size_t k = 0; k < pack.count; ++k, ++point) {
-                const Vector<D> armA = load(d, point->armA, lane);
                 const Vector<D> armB = load(d, point->armB, lane);
+                const Vector<D> armA = apart + armB;
                 const Vector<D> p = load(d, point->impulse, lane);
                 const Vector<D> impulse = frame.inWorld(p.x, p.y, p.z);
                 alignas(64) S room[ContactPack<S>::width];
@@ -316,10 +345,10 @@ void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, c
 
 // Visits a point of each lane; gives back what it changed beyond `change`.
 template <class D, class S>
-HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, const Frame<D>& frame, Bodies<D>& bodies,
-                                 hn::Vec<D> relaxation, hn::Vec<D> change) {
-    const Vector<D> armA = load(d, point.armA, lane);
+HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, const Frame<D>& frame,
+                                 const Vector<D>& apart, Bodies<D>& bodies, hn::Vec<D> relaxation, hn::Vec<D> change) {
     const Vector<D> armB = load(d, point.armB, lane);
+    const Vector<D> armA = apart + armB;
     const auto delassus1 = hn::Load(d, point.delassus[1] + lane);
     const auto delassus2 = hn::Load(d, point.delassus[2] + lane);
     const auto softness = hn::Load(d, point.softness + lane);
@@ -358,10 +387,11 @@ void sweep(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, 
                     using D = decltype(d);
                     Bodies<D> bodies(d, view, pack, lane);
                     const Frame<D> frame(d, pack, lane);
+                    const Vector<D> apart = load(d, pack.apart, lane);
                     const auto xi = hn::Set(d, relaxation);
                     auto changed = hn::Zero(d);
                     for (std::size_t k = 0; k < pack.count; ++k) {
-                        changed = sweepPoint<D, S>(d, point[k], lane, frame, bodies, xi, changed);
+                        changed = sweepPoint<D, S>(d, point[k], lane, frame, apart, bodies, xi, changed);
                     }
                     bodies.putBack(d, view, pack, lane);
                     alignas(64) S room[ContactPack<S>::width];
@@ -382,11 +412,12 @@ void relax(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, 
             const Twist<D> a(d, view.twists, pack.bodyA + lane);
             const Twist<D> b(d, view.twists, pack.bodyB + lane);
             const Vector<D> normal = load(d, pack.normal, lane);
+            const Vector<D> apart = load(d, pack.apart, lane);
             const auto step = hn::Set(d, h);
             const auto zero = hn::Zero(d);
             for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
-                const Vector<D> armA = load(d, point->armA, lane);
                 const Vector<D> armB = load(d, point->armB, lane);
+                const Vector<D> armA = apart + armB;
                 const auto C = hn::Load(d, point->C + lane);
                 const auto isIdle = hn::And(hn::Lt(zero, C), hn::Eq(hn::Load(d, point->impulse[0] + lane), zero));
                 const auto ahead = hn::Add(C, hn::Mul(step, dot<D>(normal, speed<D>(a, b, armA, armB))));

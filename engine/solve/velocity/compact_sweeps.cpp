@@ -76,18 +76,12 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
     rows_.begin(problem, spring, warmStart, h);
     readBodies(problem);
     const bool inLanes = ContactLanes<S>::areFor(problem);
-    problem.forEach(inLanes && !lanes_.hasRows() ? 0 : problem.contacts.size(), [&](std::size_t c) {
-        const ProblemContact<S>& contact = problem.contacts[c];
-        startContact(problem, contact, warmStart, h, firstPoint(problem, contact));
-        if (!inLanes) {
-            beginContact(contact, spring, h, firstPoint(problem, contact));
-        }
-    });
     if (inLanes) {
         static_assert(sizeof(Mass) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
-        lanes_.begin(problem,
-                     {spring.rate, spring.stiffness, spring.maxSpeed, h, problem.limits.isFirst ? S(1) : warmStart},
-                     &masses_.front().inverse);
+        lanes_.begin(problem, {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart}, &masses_.front().inverse);
+    } else {
+        problem.forEach(problem.contacts.size(),
+                        [&](std::size_t c) { beginContact(problem, problem.contacts[c], spring, warmStart, h); });
     }
     contactRowCount_ = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {
@@ -96,34 +90,19 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
 }
 
 template <class S>
-void CompactSweeps<S>::startContact(const Problem<S>& problem, const ProblemContact<S>& contact, S warmStart, S h,
-                                    ContactRows<S>* points) const {
-    const ProblemPoint<S>* last = problem.points.data() + contact.firstPoint;
-    for (int k = 0; k < contact.count; ++k, ++last) {
-        ContactRows<S>& point = points[k];
-        point.friction = frictionCoefficient(problem, contact, point);
-        if (!problem.limits.isFirst) {
-            // The tangents turn with the bodies.
-            for (S& impulse : point.impulse) {
-                impulse *= warmStart;
-            }
-            continue;
-        }
-        const S scale = h * warmStart;
-        point.impulse[0] = std::max(S(0), scale * last->normalForce);
-        point.impulse[1] = contact.hasFriction() ? scale * last->friction.dot(contact.frame.tangent1) : S(0);
-        point.impulse[2] = contact.hasFriction() ? scale * last->friction.dot(contact.frame.tangent2) : S(0);
-    }
-}
-
-template <class S>
-void CompactSweeps<S>::beginContact(const ProblemContact<S>& contact, const PushOutSpring<S>& spring, S h,
-                                    ContactRows<S>* points) const {
+void CompactSweeps<S>::beginContact(Problem<S>& problem, const ProblemContact<S>& contact,
+                                    const PushOutSpring<S>& spring, S warmStart, S h) const {
     const Mass& a = masses_[static_cast<std::size_t>(contact.a)];
     const Mass& b = masses_[static_cast<std::size_t>(contact.b)];
     const Vec3<S>* directions[3] = {&contact.frame.normal, &contact.frame.tangent1, &contact.frame.tangent2};
-    for (int k = 0; k < contact.count; ++k) {
-        ContactRows<S>& point = points[k];
+    const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
+    for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
+        ContactRows<S>& point = problem.contactRows[i];
+        // The tangents turn with the bodies; the first sub-step has its own to start from.
+        for (S& impulse : point.impulse) {
+            impulse *= warmStart;
+        }
+        startPoint(problem, contact, i, warmStart, h, point);
         for (int t = 0; t < (contact.hasFriction() ? 3 : 1); ++t) {
             const Vec3<S> ra = point.armA.cross(*directions[t]);
             const Vec3<S> rb = point.armB.cross(*directions[t]);
@@ -325,7 +304,7 @@ S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
 template <class S>
 void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& out) const {
     const std::size_t joints = rows_.p.size();
-    out.resize(joints + 3 * problem.contactRows.size());
+    out.resize(joints + 3 * problem.points.size());
     std::copy(rows_.p.begin(), rows_.p.end(), out.begin());
     if (ContactLanes<S>::areFor(problem)) {
         lanes_.copyImpulses(problem, out.data() + joints);

@@ -71,12 +71,14 @@ HandMadeIsland heap(TestRandom& random) {
             for (int i = 0; i < contact.count; ++i) {
                 const Vec3d at = 0.5 * (a.position + b.position) + random.vector(0.3);
                 const double gap = i == 0 ? 0.002 : -0.003 * i;
-                ContactGeometry<double>& geometry = problem.geometry.emplace_back();
+                ContactGeometry<double> geometry;
                 geometry.onA = a.rotation.conjugate() * (at - a.position);
                 geometry.onB = b.rotation.conjugate() * (at + gap * normal - b.position);
                 geometry.normal = a.rotation.conjugate() * normal;
                 geometry.particleB = k == 4;
                 geometry.particleA = other == 4;
+                problem.places.emplace_back();
+                problem.placePoint(contact, i, geometry);
                 ProblemPoint<double>& point = problem.points.emplace_back();
                 point.separation = gap;
                 point.normalForce = 3.0 * i;
@@ -84,7 +86,6 @@ HandMadeIsland heap(TestRandom& random) {
             }
         }
     }
-    problem.startContacts();
     return island;
 }
 
