@@ -76,6 +76,7 @@ void Balance<S>::open(const Problem<S>& problem, bool balances) {
     force_ = 0;
     kineticEnergy_ = 0;
     momentum_.clear();
+    momentum_.reserve(problem.bodies.size());
     for (const SolverBody<S>& body : problem.bodies) {
         S twiceEnergy = 0;
         momentum_.push_back(body.fixed ? Vec6<S>(Vec6<S>::Zero()) : motionOf(body, twiceEnergy));
@@ -246,7 +247,7 @@ void Balance<S>::addContacts(const Problem<S>& problem, S h, bool balance, Sums&
             Vec6<S> onB = Vec6<S>::Zero();
             for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
                  i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
-                const Vec3<S>& force = problem.points[i].force;
+                const Vec3<S> force = problem.forceOf(contact, i, h);
                 sums.force += std::abs(problem.points[i].normalForce) + problem.points[i].friction.norm();
                 const Vec3<S> p = h * force;
                 const ContactRows<S> at = problem.rowsOf(contact, i);

@@ -28,13 +28,27 @@ struct ContactRows {
     }
 };
 
-// Who keeps the rows of an island's contacts elsewhere than in Problem::contactRows.
+// What a contact point gave: N s, on b, world axes; and along its normal.
+template <class S>
+struct PointGiven {
+    Vec3<S> impulse = Vec3<S>::Zero();
+    S normal = 0;
+
+    void operator+=(const PointGiven& o) {
+        impulse += o.impulse;
+        normal += o.normal;
+    }
+};
+
+// Who keeps of an island's contacts what Problem else has by contact point. Of a point of one of Problem::contacts:
 template <class S>
 class ContactRowKeeper {
 public:
     virtual ~ContactRowKeeper() = default;
-    // Those of a point of one of Problem::contacts: arms, C, delassus and friction.
+    // All but bias, softness and isIdle.
     virtual ContactRows<S> rowsOf(std::size_t contact, std::size_t point) const = 0;
+    // In the piece of a step that is being solved, but for impacts.
+    virtual PointGiven<S> givenBy(std::size_t contact, std::size_t point) const = 0;
 };
 
 // The speed of b against a at a contact point, m/s.

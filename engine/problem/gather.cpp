@@ -203,6 +203,7 @@ void Gatherer<S>::colourContacts() {
 template <class S>
 void Gatherer<S>::fillContacts() {
     problem_.contacts.clear();
+    problem_.beginImpulses();
     std::size_t manifolds = 0;
     for (const std::uint32_t p : island_.pairs) {
         manifolds += world_.contacts.pairs()[p].manifolds.size();
@@ -228,14 +229,18 @@ void Gatherer<S>::fillContacts() {
     }
     int count = 0;
     int rounds = 0;
+    bool hasSlipped = false;
     for (ProblemContact<S>& contact : problem_.contacts) {
         contact.firstPoint = count;
         count += contact.count;
-        if (world_.contacts.pairs()[contact.pair].manifolds[contact.manifold].isRound) {
+        const ContactManifold<S>& manifold = manifoldOf(contact);
+        if (manifold.isRound) {
             contact.firstRound = rounds;
             rounds += contact.count;
         }
+        hasSlipped = hasSlipped || manifold.slips;
     }
+    problem_.slips.resize(hasSlipped ? static_cast<std::size_t>(count) : 0);
     resizeClosely(problem_.points, static_cast<std::size_t>(count));
     resizeClosely(problem_.places, static_cast<std::size_t>(count));
     resizeClosely(problem_.rounds, static_cast<std::size_t>(rounds));
@@ -249,7 +254,7 @@ void Gatherer<S>::fillRolls() {
     problem_.rolls.clear();
     for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
         const ProblemContact<S>& contact = problem_.contacts[c];
-        const ContactManifold<S>& manifold = world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
+        const ContactManifold<S>& manifold = manifoldOf(contact);
         const auto turns = [&](int body) { return !problem_.bodies[static_cast<std::size_t>(body)].particle; };
         if ((manifold.rollingFriction > S(0) || manifold.spinningFriction > S(0)) && contact.count > 0 &&
             turns(contact.a) && turns(contact.b)) {
@@ -266,19 +271,15 @@ template <class S>
 void Gatherer<S>::fillPoints(ProblemContact<S>& contact) {
     const PairContacts<S>& pair = world_.contacts.pairs()[contact.pair];
     const ContactManifold<S>& manifold = pair.manifolds[contact.manifold];
-    ProblemPoint<S>* point = problem_.points.data() + contact.firstPoint;
     int k = 0;
     for (const ContactPointState<S>& from : manifold.inForce()) {
-        problem_.placePoint(contact, k++,
+        problem_.placePoint(contact, k,
                             contactGeometry(manifold, from, world_.bodies[pair.pair.a], world_.bodies[pair.pair.b]));
-        point->separation = from.separation;
-        point->normalForce = from.normalForce;
-        point->friction = from.friction;
-        point->slip = manifold.slip(from);
-        point->impulse.setZero();
-        point->normalImpulse = S(0);
-        point->error = from.error;
-        ++point;
+        const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k++);
+        problem_.points[i] = {from.separation, from.normalForce, from.friction, from.error};
+        if (!problem_.slips.empty()) {
+            problem_.slips[i] = manifold.slip(from);
+        }
     }
 }
 
@@ -286,21 +287,23 @@ template <class S>
 void Gatherer<S>::handContactsBack() {
     problem_.forEach(problem_.contacts.size(), [&](std::size_t c) {
         const ProblemContact<S>& contact = problem_.contacts[c];
-        const ProblemPoint<S>* from = problem_.points.data() + contact.firstPoint;
-        ContactManifold<S>& manifold = world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
+        ContactManifold<S>& manifold = manifoldOf(contact);
+        std::size_t i = static_cast<std::size_t>(contact.firstPoint);
         for (ContactPointState<S>& point : manifold.inForce()) {
-            point.normalForce = from->normalForce;
-            point.friction = from->friction;
-            manifold.setSlip(point, from->slip);
-            point.impulse += from->impulse;
-            point.normalImpulse += from->normalImpulse;
-            point.error = from->error;
-            ++from;
+            const ProblemPoint<S>& from = problem_.points[i];
+            point.normalForce = from.normalForce;
+            point.friction = from.friction;
+            point.error = from.error;
+            if (!problem_.slips.empty()) {
+                manifold.setSlip(point, problem_.slips[i]);
+            }
+            const PointGiven<S> given = problem_.givenBy(contact, i++);
+            point.impulse += given.impulse;
+            point.normalImpulse += given.normal;
         }
     });
     for (const typename Problem<S>::RollLink& roll : problem_.rolls) {
-        const ProblemContact<S>& contact = problem_.contacts[roll.contact];
-        world_.contacts.pairs()[contact.pair].manifolds[contact.manifold].turned.make() = roll.impulse;
+        manifoldOf(problem_.contacts[roll.contact]).turned.make() = roll.impulse;
     }
 }
 

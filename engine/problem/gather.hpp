@@ -44,6 +44,9 @@ public:
 private:
     // The place of a body in the problem; a fixed one is added when it is first met.
     int placeOf(std::uint32_t body);
+    ContactManifold<S>& manifoldOf(const ProblemContact<S>& contact) const {
+        return world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
+    }
     void fillContacts();
     void fillPoints(ProblemContact<S>& contact);
     void colourContacts();

@@ -51,15 +51,15 @@ void Problem<S>::clear() {
     bodies.clear();
     contacts.clear();
     points.clear();
+    slips.clear();
     places.clear();
     rounds.clear();
-    rowKeeper = nullptr;
     joints.clear();
     locks.clear();
     rolls.clear();
     jointLambda.clear();
     jointImpulse.clear();
-    jointGiven_.clear();
+    beginImpulses();
     impacts_.clear();
     contactColours.clear();
     jointColours.clear();
@@ -422,15 +422,6 @@ void Problem<S>::contactErrors(std::vector<S>& C) const {
 }
 
 template <class S>
-void Problem<S>::beginImpulses() {
-    jointGiven_.clear();
-    forEach(points.size(), [&](std::size_t i) {
-        points[i].impulse.setZero();
-        points[i].normalImpulse = S(0);
-    });
-}
-
-template <class S>
 void Problem<S>::handImpulsesOn() {
     const std::size_t held = joints.size() + locks.size();
     jointImpulse.resize(held);
@@ -448,8 +439,11 @@ void Problem<S>::handImpulsesOn() {
 template <class S>
 void Problem<S>::storeJointLambda(S h) {
     jointGiven_.resize(static_cast<std::size_t>(jointBlocks));
+    if (!impacts_.empty()) {
+        resizeClosely(pointGiven_, points.size());
+    }
     for (const auto& [point, impact] : impacts_) {
-        give(point, impact);
+        pointGiven_[point] += impact;
     }
     jointLambda.clear();
     const std::size_t held = joints.size() + locks.size();
@@ -470,17 +464,29 @@ void Problem<S>::storeJointLambda(S h) {
 }
 
 template <class S>
-void Problem<S>::keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force) {
-    ProblemPoint<S>& point = points[i];
-    point.normalForce = normalForce;
-    point.friction = friction;
-    point.force = force;
-    point.slip.setZero();
+void Problem<S>::keepForces(std::size_t i, S normalForce, const Vec3<S>& friction) {
+    points[i].normalForce = normalForce;
+    points[i].friction = friction;
+    if (!slips.empty()) {
+        slips[i].setZero();
+    }
+}
+
+template <class S>
+Vec3<S> Problem<S>::forceOf(const ProblemContact<S>& contact, std::size_t point, S h) const {
+    if (rowKeeper == nullptr) {
+        return forces_[point];
+    }
+    const ContactRows<S> placed = rowsOf(contact, point);
+    const Vec3<S> friction = placed.impulse[1] * contact.frame.tangent1 + placed.impulse[2] * contact.frame.tangent2;
+    return S(1) / h * (placed.impulse[0] * contact.frame.normal + friction);
 }
 
 template <class S>
 void Problem<S>::storeLambda(S h) {
     storeJointLambda(h);
+    resizeClosely(pointGiven_, points.size());
+    resizeClosely(forces_, points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
         const RowBlock<S>& block = blocks[static_cast<std::size_t>(jointBlocks) + i];
         const Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
@@ -489,8 +495,9 @@ void Problem<S>::storeLambda(S h) {
             friction += row[t].lambda * row[t].b.template head<3>();
         }
         const Vec3<S> force = row[0].lambda * row[0].b.template head<3>() + friction;
-        keepForces(i, row[0].lambda, friction, force);
-        give(i, {h * force, h * row[0].lambda});
+        keepForces(i, row[0].lambda, friction);
+        forces_[i] = force;
+        pointGiven_[i] += {h * force, h * row[0].lambda};
     }
 }
 
@@ -501,13 +508,15 @@ void Problem<S>::giveBeyondRows(std::size_t k, const JointGiven& beyond) {
         jointGiven_[k].a += beyond.a;
         jointGiven_[k].b += beyond.b;
     } else {
-        points[k - first].impulse += beyond.b.template head<3>();
+        pointGiven_[k - first].impulse += beyond.b.template head<3>();
     }
 }
 
 template <class S>
 void Problem<S>::storeCompactLambda(S h) {
     storeJointLambda(h);
+    resizeClosely(pointGiven_, points.size());
+    resizeClosely(forces_, points.size());
     const S perTime = S(1) / h;
     const bool isAsked = keepsForces();
     forEach(contacts.size(), [&](std::size_t c) {
@@ -517,9 +526,10 @@ void Problem<S>::storeCompactLambda(S h) {
             const S* p = contactRows[i].impulse;
             const Vec3<S> friction = p[1] * contact.frame.tangent1 + p[2] * contact.frame.tangent2;
             const Vec3<S> impulse = p[0] * contact.frame.normal + friction;
-            give(i, {impulse, p[0]});
+            pointGiven_[i] += {impulse, p[0]};
             if (isAsked) {
-                keepForces(i, perTime * p[0], perTime * friction, perTime * impulse);
+                keepForces(i, perTime * p[0], perTime * friction);
+                forces_[i] = perTime * impulse;
             }
         }
     });

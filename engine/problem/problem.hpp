@@ -16,15 +16,9 @@ namespace cairn {
 template <class S>
 struct ProblemPoint {
     S separation = 0;                    // m, at the start of the step
-    S normalForce = 0;                   // N, of the last solve, as the next two
+    S normalForce = 0;                   // N, of the last solve, as the next one
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes
-    Vec3<S> force = Vec3<S>::Zero();     // N, on b, world axes: both together, as they were given in the last sub-step
-    Vec3<S> slip = Vec3<S>::Zero();      // m, world axes: how far b has slipped against a while it should have stuck
-    // N s of the piece of a step that is being solved, on b, world axes; and of it along the normal. What the pieces
-    // before it gave is with the world's contacts.
-    Vec3<S> impulse = Vec3<S>::Zero();
-    S normalImpulse = 0;
-    S error = 0;  // m, StepError::position of this point
+    S error = 0;                         // m, StepError::position of this point
 };
 
 // Where it lies: as ContactGeometry's of that name.
@@ -92,15 +86,13 @@ struct Problem {
         Vec6<S> a = Vec6<S>::Zero();
         Vec6<S> b = Vec6<S>::Zero();
     };
-    // What a contact point gave: N s, on b, world axes; and along its normal.
-    struct PointGiven {
-        Vec3<S> impulse = Vec3<S>::Zero();
-        S normal = 0;
-    };
+    using PointGiven = cairn::PointGiven<S>;
 
     std::vector<SolverBody<S>> bodies;
     std::vector<ProblemContact<S>> contacts;
     std::vector<ProblemPoint<S>> points;
+    // By contact point, m, world axes: how far b has slipped against a while it should have stuck. Empty: nothing has.
+    std::vector<Vec3<S>> slips;
     std::vector<PointPlaces<S>> places;  // by contact point
     std::vector<RoundPlaces<S>> rounds;  // by contact point of those contacts that have round parts
     std::vector<JointLink> joints;
@@ -119,7 +111,8 @@ struct Problem {
     std::vector<RowBlock<S>> blocks;
     std::vector<RowResponse<S>> responses;  // of rows, as they were at the last respond()
     int jointBlocks = 0;  // blocks before this one belong to joints, locks and rolls, whose C bends with the motion
-    std::vector<ContactRows<S>> contactRows;  // by contact point, unless another keeps them
+    // By contact point, unless another keeps them.
+    std::vector<ContactRows<S>> contactRows;
     const ContactRowKeeper<S>* rowKeeper = nullptr;
 
     // Of an island that is worth it the ends of the colours, each a range of `contacts` (or of joints and locks) in
@@ -134,9 +127,6 @@ struct Problem {
     StepPlan plan;
     SubstepLimits limits;
     SolverMemory<S> memory;
-
-    // Of the block of a contact point.
-    ProblemPoint<S>& pointOf(std::size_t block) { return points[block - static_cast<std::size_t>(jointBlocks)]; }
 
     // Nothing is left but room.
     void clear();
@@ -163,6 +153,17 @@ struct Problem {
         return rowKeeper == nullptr ? contactRows[point]
                                     : rowKeeper->rowsOf(static_cast<std::size_t>(&contact - contacts.data()), point);
     }
+    // N, on b, world axes: normal force and friction, as they were given in the last sub-step, of h, if it
+    // keepsForces().
+    Vec3<S> forceOf(const ProblemContact<S>& contact, std::size_t point, S h) const;
+    // In the piece of a step that is being solved.
+    PointGiven givenBy(const ProblemContact<S>& contact, std::size_t point) const {
+        PointGiven given = pointGiven_.empty() ? PointGiven() : pointGiven_[point];
+        if (rowKeeper != nullptr) {
+            given += rowKeeper->givenBy(static_cast<std::size_t>(&contact - contacts.data()), point);
+        }
+        return given;
+    }
     // Of all bodies, as SolverBody::predict(). A sub-step begins.
     void predict(S h);
     // Collects the rows at the present poses with the lambda of the last solve: all of them, or those of contacts in
@@ -186,20 +187,19 @@ struct Problem {
     void storeLambda(S h);
     void storeCompactLambda(S h);
     bool keepsForces() const { return limits.isFirst || limits.isLast || isDriven; }
-    // The same for who keeps account of contacts itself: of joints and locks; of one contact point (N; friction as
-    // `friction` of ProblemPoint), and what it gave.
+    // The same for who keeps account of contacts itself: of joints and locks; of one contact point (as ProblemPoint).
     void storeJointLambda(S h);
-    void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force);
-    void give(std::size_t point, const PointGiven& given) {
-        points[point].impulse += given.impulse;
-        points[point].normalImpulse += given.normal;
-    }
+    void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction);
     // What block k gave in that sub-step beyond lambda along its rows as they are now: they turned while it was solved.
     void giveBeyondRows(std::size_t k, const JointGiven& beyond);
     // Impulses of the piece of a step that is being solved. None yet; what an impact of the present sub-step gave a
     // contact point, which counts once storeLambda() says that the sub-step is taken; those of joints, locks and rolls
-    // added to what they gave in the step.
-    void beginImpulses();
+    // added to what they gave in the step. (Those of contacts are added up by the world: Gatherer.)
+    void beginImpulses() {
+        jointGiven_.clear();
+        pointGiven_.clear();
+        rowKeeper = nullptr;
+    }
     void giveAtImpact(std::size_t point, const PointGiven& given) { impacts_.push_back({point, given}); }
     void handImpulsesOn();
 
@@ -275,7 +275,9 @@ private:
     void linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const;
 
     std::vector<int> contactOfPoint_;
+    std::vector<Vec3<S>> forces_;  // forceOf(), by contact point
     std::vector<JointGiven> jointGiven_;
+    std::vector<PointGiven> pointGiven_;
     std::vector<std::pair<std::size_t, PointGiven>> impacts_;  // of the present sub-step, with their points
 };
 

@@ -11,6 +11,7 @@ public:
         : bodies_(problem.bodies),
           contacts_(problem.contacts),
           points_(problem.points),
+          slips_(problem.slips),
           places_(problem.places),
           rounds_(problem.rounds),
           rolls_(problem.rolls),
@@ -20,6 +21,7 @@ public:
         problem.bodies = bodies_;
         problem.contacts = contacts_;
         problem.points = points_;
+        problem.slips = slips_;
         problem.places = places_;
         problem.rounds = rounds_;
         problem.rolls = rolls_;
@@ -31,6 +33,7 @@ private:
     std::vector<SolverBody<S>> bodies_;
     std::vector<ProblemContact<S>> contacts_;
     std::vector<ProblemPoint<S>> points_;
+    std::vector<Vec3<S>> slips_;
     std::vector<PointPlaces<S>> places_;
     std::vector<RoundPlaces<S>> rounds_;
     std::vector<typename Problem<S>::RollLink> rolls_;

@@ -231,16 +231,32 @@ ContactRows<S> ContactLanes<S>::rowAt(std::size_t row, std::size_t lane, const V
     rows.C = from.C[lane];
     for (std::size_t t = 0; t < 3; ++t) {
         rows.delassus[t] = from.delassus[t][lane];
+        rows.impulse[t] = from.impulse[t][lane];
     }
     rows.friction = from.friction[lane];
     return rows;
 }
 
 template <class S>
-ContactRows<S> ContactLanes<S>::rowsOf(std::size_t contact, std::size_t point) const {
+template <class Visit>
+auto ContactLanes<S>::at(std::size_t contact, std::size_t point, const Visit& visit) const {
     const Pack& pack = packs_[laneOf_[contact] / Pack::width];
     const std::size_t lane = laneOf_[contact] % Pack::width;
-    return rowAt(pack.firstRow + (point - pack.firstPoint[lane]), lane, get(pack.apart, lane));
+    return visit(pack, lane, pack.firstRow + (point - pack.firstPoint[lane]));
+}
+
+template <class S>
+ContactRows<S> ContactLanes<S>::rowsOf(std::size_t contact, std::size_t point) const {
+    return at(contact, point, [&](const Pack& pack, std::size_t lane, std::size_t row) {
+        return rowAt(row, lane, get(pack.apart, lane));
+    });
+}
+
+template <class S>
+PointGiven<S> ContactLanes<S>::givenBy(std::size_t contact, std::size_t point) const {
+    return at(contact, point, [&](const Pack&, std::size_t lane, std::size_t row) {
+        return PointGiven<S>{get(given_[row].impulse, lane), given_[row].normal[lane]};
+    });
 }
 
 template <class S>
@@ -371,11 +387,7 @@ void ContactLanes<S>::store(Problem<S>& problem, S h) {
         const Row& from = points_[row];
         const Vec3<S> friction =
             from.impulse[1][lane] * get(pack.tangent1, lane) + from.impulse[2][lane] * get(pack.tangent2, lane);
-        const Vec3<S> impulse = from.impulse[0][lane] * get(pack.normal, lane) + friction;
-        problem.keepForces(point, perTime * from.impulse[0][lane], perTime * friction, perTime * impulse);
-        if (problem.limits.isLast) {
-            problem.give(point, {get(given_[row].impulse, lane), given_[row].normal[lane]});
-        }
+        problem.keepForces(point, perTime * from.impulse[0][lane], perTime * friction);
     });
 }
 

@@ -30,6 +30,7 @@ public:
     // Adds the impulses up; forces and what was given go to the problem where they are asked for.
     void store(Problem<S>& problem, S h);
     ContactRows<S> rowsOf(std::size_t contact, std::size_t point) const override;
+    PointGiven<S> givenBy(std::size_t contact, std::size_t point) const override;
 
 private:
     using Pack = ContactPack<S>;
@@ -42,6 +43,9 @@ private:
     void fillRound(const RoundPlaces<S>& from, RoundPack<S>& to, std::size_t lane) const;
     bool isLaidOut(const Problem<S>& problem) const;
     void writeFrames(Problem<S>& problem) const;
+    // Calls visit(pack, lane, row among points_).
+    template <class Visit>
+    auto at(std::size_t contact, std::size_t point, const Visit& visit) const;
     ContactRows<S> rowAt(std::size_t row, std::size_t lane, const Vec3<S>& apart) const;
     ContactLanesView<S> view(const Problem<S>& problem, S* twists) {
         static_assert(sizeof(PointPlaces<S>) == 6 * sizeof(S));

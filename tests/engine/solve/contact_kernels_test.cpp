@@ -255,10 +255,12 @@ std::vector<double> answerOf(Problem<double> problem, double& change) {
             const ContactRows<double> rows = problem.rowsOf(contact, static_cast<std::size_t>(i));
             const ProblemPoint<double>& point = problem.points[static_cast<std::size_t>(i)];
             all.insert(all.end(), rows.delassus, rows.delassus + (contact.hasFriction() ? 3 : 1));
-            all.insert(all.end(), {rows.C, point.normalForce, point.normalImpulse});
+            const PointGiven<double> given = problem.givenBy(contact, static_cast<std::size_t>(i));
+            const Vec3d force = problem.forceOf(contact, static_cast<std::size_t>(i), h);
+            all.insert(all.end(), {rows.C, point.normalForce, given.normal});
             all.insert(all.end(), rows.armA.begin(), rows.armA.end());
-            all.insert(all.end(), point.force.begin(), point.force.end());
-            all.insert(all.end(), point.impulse.begin(), point.impulse.end());
+            all.insert(all.end(), force.begin(), force.end());
+            all.insert(all.end(), given.impulse.begin(), given.impulse.end());
         }
     }
     for (const SolverBody<double>& body : problem.bodies) {
