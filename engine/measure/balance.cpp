@@ -240,17 +240,21 @@ void Balance<S>::addContacts(const Problem<S>& problem, S h, bool balance, Sums&
         sums.momentumResidual = residual;
         for (std::size_t c = begin; c < end; ++c) {
             const ProblemContact<S>& contact = problem.contacts[c];
+            if (contact.count == 0) {
+                continue;
+            }
             const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
             const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
             const bool driven = drives && (isDriven(a) || isDriven(b));
+            const ContactFrame<S> frame = problem.frameOf(contact);
             Vec6<S> onA = Vec6<S>::Zero();
             Vec6<S> onB = Vec6<S>::Zero();
             for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
                  i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
-                const Vec3<S> force = problem.forceOf(contact, i, h);
+                const ContactRows<S> at = problem.rowsOf(contact, i);
+                const Vec3<S> force = problem.forceOf(i, at, frame, h);
                 sums.force += std::abs(problem.points[i].normalForce) + problem.points[i].friction.norm();
                 const Vec3<S> p = h * force;
-                const ContactRows<S> at = problem.rowsOf(contact, i);
                 onA.template head<3>() -= p;
                 onA.template tail<3>() -= at.armA.cross(p);
                 onB.template head<3>() += p;

@@ -40,12 +40,13 @@ struct PointGiven {
     }
 };
 
-// Who keeps of an island's contacts what Problem else has by contact point. Of a point of one of Problem::contacts:
+// Who keeps of an island's contacts what Problem else has by contact and by point. Of one of Problem::contacts:
 template <class S>
 class ContactRowKeeper {
 public:
     virtual ~ContactRowKeeper() = default;
-    // All but bias, softness and isIdle.
+    // In this sub-step; of rows all but bias, softness and isIdle.
+    virtual ContactFrame<S> frameOf(std::size_t contact) const = 0;
     virtual ContactRows<S> rowsOf(std::size_t contact, std::size_t point) const = 0;
     // In the piece of a step that is being solved, but for impacts.
     virtual PointGiven<S> givenBy(std::size_t contact, std::size_t point) const = 0;

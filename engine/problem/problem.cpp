@@ -151,18 +151,19 @@ void Problem<S>::integrate(S h) {
 template <class S>
 void Problem<S>::placeContacts() {
     rowKeeper = nullptr;
+    resizeClosely(frames, contacts.size());
     resizeClosely(contactRows, points.size());
     forEach(contacts.size(), [&](std::size_t c) {
-        ProblemContact<S>& contact = contacts[c];
+        const ProblemContact<S>& contact = contacts[c];
         if (contact.count == 0) {
             return;
         }
         const Placement<S> a(poseOf(contact.a));
         const Placement<S> b(poseOf(contact.b));
         const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
-        contact.frame = contactFrame(geometryOf(contact, first), a, b);
+        frames[c] = contactFrame(geometryOf(contact, first), a, b);
         for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
-            contactRows[i].place(contactArms(geometryOf(contact, i), contact.frame.normal, a, b));
+            contactRows[i].place(contactArms(geometryOf(contact, i), frames[c].normal, a, b));
         }
     });
 }
@@ -348,7 +349,7 @@ void Problem<S>::writeRows(const ProblemContact<S>& contact, std::size_t point, 
     block.staticFriction = contact.staticFriction;
     RowWriter<S> writer(out, block);
     const ContactRows<S> placed = rowsOf(contact, point);
-    linearizeContact<S>(contact.frame, {placed.armA, placed.armB, placed.C}, contact.hasFriction(), writer);
+    linearizeContact<S>(frameOf(contact), {placed.armA, placed.armB, placed.C}, contact.hasFriction(), writer);
 }
 
 template <class S>
@@ -368,12 +369,13 @@ void Problem<S>::relinearize(std::size_t k) {
         }
     } else {
         const std::size_t i = k - static_cast<std::size_t>(jointBlocks);
-        ProblemContact<S>& contact = contacts[static_cast<std::size_t>(contactOfPoint_[i])];
+        const std::size_t c = static_cast<std::size_t>(contactOfPoint_[i]);
+        const ProblemContact<S>& contact = contacts[c];
         const Pose<S>& a = poseOf(contact.a);
         const Pose<S>& b = poseOf(contact.b);
         const ContactGeometry<S> at = geometryOf(contact, i);
-        contact.frame = contactFrame(at, a, b);
-        contactRows[i].place(contactArms(at, contact.frame.normal, a, b));
+        frames[c] = contactFrame(at, a, b);
+        contactRows[i].place(contactArms(at, frames[c].normal, a, b));
         writeRows(contact, i, scratch, block);
     }
     blocks[k].armA = block.armA;
@@ -473,13 +475,12 @@ void Problem<S>::keepForces(std::size_t i, S normalForce, const Vec3<S>& frictio
 }
 
 template <class S>
-Vec3<S> Problem<S>::forceOf(const ProblemContact<S>& contact, std::size_t point, S h) const {
+Vec3<S> Problem<S>::forceOf(std::size_t point, const ContactRows<S>& placed, const ContactFrame<S>& frame, S h) const {
     if (rowKeeper == nullptr) {
         return forces_[point];
     }
-    const ContactRows<S> placed = rowsOf(contact, point);
-    const Vec3<S> friction = placed.impulse[1] * contact.frame.tangent1 + placed.impulse[2] * contact.frame.tangent2;
-    return S(1) / h * (placed.impulse[0] * contact.frame.normal + friction);
+    const Vec3<S> friction = placed.impulse[1] * frame.tangent1 + placed.impulse[2] * frame.tangent2;
+    return S(1) / h * (placed.impulse[0] * frame.normal + friction);
 }
 
 template <class S>
@@ -524,8 +525,8 @@ void Problem<S>::storeCompactLambda(S h) {
         for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
              i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
             const S* p = contactRows[i].impulse;
-            const Vec3<S> friction = p[1] * contact.frame.tangent1 + p[2] * contact.frame.tangent2;
-            const Vec3<S> impulse = p[0] * contact.frame.normal + friction;
+            const Vec3<S> friction = p[1] * frames[c].tangent1 + p[2] * frames[c].tangent2;
+            const Vec3<S> impulse = p[0] * frames[c].normal + friction;
             pointGiven_[i] += {impulse, p[0]};
             if (isAsked) {
                 keepForces(i, perTime * p[0], perTime * friction);

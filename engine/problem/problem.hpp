@@ -54,7 +54,6 @@ struct ProblemContact {
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
-    ContactFrame<S> frame{};  // in this sub-step
 
     bool hasFriction() const { return friction > S(0) || staticFriction > S(0); }
 };
@@ -111,7 +110,8 @@ struct Problem {
     std::vector<RowBlock<S>> blocks;
     std::vector<RowResponse<S>> responses;  // of rows, as they were at the last respond()
     int jointBlocks = 0;  // blocks before this one belong to joints, locks and rolls, whose C bends with the motion
-    // By contact point, unless another keeps them.
+    // In this sub-step, by contact and by contact point, unless another keeps them.
+    std::vector<ContactFrame<S>> frames;
     std::vector<ContactRows<S>> contactRows;
     const ContactRowKeeper<S>* rowKeeper = nullptr;
 
@@ -149,18 +149,20 @@ struct Problem {
         }
         return at;
     }
+    ContactFrame<S> frameOf(const ProblemContact<S>& contact) const {
+        return rowKeeper == nullptr ? frames[placeOf(contact)] : rowKeeper->frameOf(placeOf(contact));
+    }
     ContactRows<S> rowsOf(const ProblemContact<S>& contact, std::size_t point) const {
-        return rowKeeper == nullptr ? contactRows[point]
-                                    : rowKeeper->rowsOf(static_cast<std::size_t>(&contact - contacts.data()), point);
+        return rowKeeper == nullptr ? contactRows[point] : rowKeeper->rowsOf(placeOf(contact), point);
     }
     // N, on b, world axes: normal force and friction, as they were given in the last sub-step, of h, if it
     // keepsForces().
-    Vec3<S> forceOf(const ProblemContact<S>& contact, std::size_t point, S h) const;
+    Vec3<S> forceOf(std::size_t point, const ContactRows<S>& placed, const ContactFrame<S>& frame, S h) const;
     // In the piece of a step that is being solved.
     PointGiven givenBy(const ProblemContact<S>& contact, std::size_t point) const {
         PointGiven given = pointGiven_.empty() ? PointGiven() : pointGiven_[point];
         if (rowKeeper != nullptr) {
-            given += rowKeeper->givenBy(static_cast<std::size_t>(&contact - contacts.data()), point);
+            given += rowKeeper->givenBy(placeOf(contact), point);
         }
         return given;
     }
@@ -267,6 +269,9 @@ struct Problem {
     }
 
 private:
+    std::size_t placeOf(const ProblemContact<S>& contact) const {
+        return static_cast<std::size_t>(&contact - contacts.data());
+    }
     const Pose<S>& poseOf(int body) const { return bodies[static_cast<std::size_t>(body)].pose; }
     // Rows of joints and locks, and the contacts in short.
     void beginRows(bool placesContacts);

@@ -52,12 +52,15 @@ HWY_INLINE hn::Vec<D> positive(D d, hn::Vec<D> x) {
     return hn::IfThenElseZero(hn::Lt(hn::Zero(d), x), x);
 }
 
-// Of each body the three numbers at `from`, where each has `stride`: 6 or 12.
+// Of each body the three numbers at `from`, where each has `stride`: 6, 12 or 16.
 template <int stride, class D, class S, class Index>
 HWY_INLINE Vector<D> gather(D d, const S* from, const Index* body) {
-    constexpr int shift = stride == 12 ? 3 : 2;
+    constexpr int shift = stride == 6 ? 2 : stride == 12 ? 3 : 4;
     const auto i = hn::Load(hn::RebindToSigned<D>(), body);
-    const auto at = hn::Add(hn::ShiftLeft<shift>(i), hn::ShiftLeft<shift - 1>(i));
+    auto at = hn::ShiftLeft<shift>(i);
+    if constexpr (stride != 16) {
+        at = hn::Add(at, hn::ShiftLeft<shift - 1>(i));
+    }
     return {hn::GatherIndex(d, from, at), hn::GatherIndex(d, from + 1, at), hn::GatherIndex(d, from + 2, at)};
 }
 
@@ -198,21 +201,32 @@ struct PointEnds {
     using S = hn::TFromD<D>;
     HWY_INLINE PointEnds(D d, const ContactLanesView<S>& view, const ContactPack<S>& pack, std::size_t lane,
                          std::size_t k, const Placement<D>& a, const Placement<D>& b) {
-        alignas(64) typename ContactPack<S>::Index at[ContactPack<S>::width];
+        using Index = typename ContactPack<S>::Index;
+        alignas(64) Index at[ContactPack<S>::width];
+        const auto point = [&](std::size_t l) { return static_cast<Index>(k < pack.points[l] ? k : 0); };
         for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
-            at[n] = static_cast<typename ContactPack<S>::Index>(pack.firstPoint[lane + n] +
-                                                                (k < pack.points[lane + n] ? k : 0));
+            at[n] = static_cast<Index>(pack.firstPoint[lane + n]) + point(lane + n);
         }
         onA = gather<6>(d, view.places, at);
         onB = gather<6>(d, view.places + 3, at);
+        const Vector<D> none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        Vector<D> startA = none;
+        Vector<D> startB = none;
         if (pack.isRound) {
-            const RoundPack<S>& round = view.rounds[pack.firstRound + k];
-            onA = a.turned(onA - load(d, round.roundA, lane)) + load(d, round.startRoundA, lane);
-            onB = b.turned(onB - load(d, round.roundB, lane)) + load(d, round.startRoundB, lane);
-        } else {
-            onA = a.turned(onA);
-            onB = b.turned(onB);
+            alignas(64) S isRound[ContactPack<S>::width];
+            for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+                const Index first = pack.firstRound[lane + n];
+                isRound[n] = static_cast<S>(first < 0 ? 0 : 1);
+                at[n] = first < 0 ? 0 : first + point(lane + n);
+            }
+            const auto mask = hn::Gt(hn::Load(d, isRound), hn::Zero(d));
+            onA = onA - select<D>(mask, gather<16>(d, view.rounds, at), none);
+            onB = onB - select<D>(mask, gather<16>(d, view.rounds + 3, at), none);
+            startA = select<D>(mask, gather<16>(d, view.rounds + 6, at), none);
+            startB = select<D>(mask, gather<16>(d, view.rounds + 9, at), none);
         }
+        onA = a.turned(onA) + startA;
+        onB = b.turned(onB) + startB;
     }
     Vector<D> onA, onB;
 };

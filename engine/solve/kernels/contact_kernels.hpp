@@ -26,13 +26,13 @@ struct alignas(64) ContactPack {
     Index bodyB[width];
     std::uint32_t contact[width];     // of Problem::contacts
     std::uint32_t firstPoint[width];  // of Problem::points
+    std::int32_t firstRound[width];   // of Problem::rounds; -1: flat
     std::uint8_t points[width];       // of each; 0: the lane is empty
     std::uint32_t movesA = 0;         // bit k: the body of lane k takes pushes; what does not is shared, and only read
     std::uint32_t movesB = 0;
     std::uint32_t firstRow = 0;  // of the PointPacks, one for each of `count` points
     std::uint32_t count = 0;
-    std::uint32_t firstRound = 0;  // of the RoundPacks, likewise
-    bool isRound = false;          // has some
+    bool isRound = false;  // not all lanes are flat
 };
 
 // A point of each contact of a pack, as ContactRows; the arm on a is `apart` longer. Of lanes without one C is
@@ -65,17 +65,6 @@ struct alignas(64) FramePack {
     S rule[width];                                  // an ArmRule
 };
 
-// The round parts of points, as ContactGeometry has them for the step; 0 in flat lanes.
-template <class S>
-struct alignas(64) RoundPack {
-    static constexpr std::size_t width = ContactPack<S>::width;
-
-    S roundA[3][width];
-    S roundB[3][width];
-    S startRoundA[3][width];
-    S startRoundB[3][width];
-};
-
 // What points gave since the first sub-step, N s: on b, world axes; and along the normal.
 template <class S>
 struct alignas(64) GivenPack {
@@ -91,9 +80,12 @@ struct ContactLanesView {
     ContactPack<S>* packs;
     PointPack<S>* points;
     const FramePack<S>* frames;  // by pack
-    const RoundPack<S>* rounds;
-    GivenPack<S>* given;  // by PointPack
-    const S* places;      // six a point of the problem, m: on a and on b, each from its centre of mass, in its axes
+    GivenPack<S>* given;         // by PointPack
+    // Of the problem, m: six a point, on a and on b, each from its centre of mass, in its axes; and sixteen a round
+    // point, the round parts on a and on b likewise, the same in the world's axes at the start of the step, and four
+    // that are not read.
+    const S* places;
+    const S* rounds;
     const S* placements;  // twelve a body: columns of its rotation and position, m; after the last body the world's own
     S* twists;            // six a body
     const S* masses;      // seven a body: 1/kg, and of the inverse inertia in world axes xx, yy, zz, xy, xz, yz

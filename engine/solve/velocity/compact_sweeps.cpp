@@ -10,9 +10,8 @@ ContactRows<S>* firstPoint(Problem<S>& problem, const ProblemContact<S>& contact
 
 // Of three impulses, along the normal and the tangents.
 template <class S>
-[[gnu::always_inline]] inline Vec3<S> inWorld(const ProblemContact<S>& contact, const S* impulse) {
-    return impulse[0] * contact.frame.normal + impulse[1] * contact.frame.tangent1 +
-           impulse[2] * contact.frame.tangent2;
+[[gnu::always_inline]] inline Vec3<S> inWorld(const ContactFrame<S>& frame, const S* impulse) {
+    return impulse[0] * frame.normal + impulse[1] * frame.tangent1 + impulse[2] * frame.tangent2;
 }
 
 }  // namespace
@@ -81,7 +80,7 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
         lanes_.begin(problem, {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart}, &masses_.front().inverse);
     } else {
         problem.forEach(problem.contacts.size(),
-                        [&](std::size_t c) { beginContact(problem, problem.contacts[c], spring, warmStart, h); });
+                        [&](std::size_t c) { beginContact(problem, c, spring, warmStart, h); });
     }
     contactRowCount_ = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {
@@ -90,11 +89,13 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
 }
 
 template <class S>
-void CompactSweeps<S>::beginContact(Problem<S>& problem, const ProblemContact<S>& contact,
-                                    const PushOutSpring<S>& spring, S warmStart, S h) const {
+void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const PushOutSpring<S>& spring, S warmStart,
+                                    S h) const {
+    const ProblemContact<S>& contact = problem.contacts[c];
+    const ContactFrame<S>& frame = problem.frames[c];
     const Mass& a = masses_[static_cast<std::size_t>(contact.a)];
     const Mass& b = masses_[static_cast<std::size_t>(contact.b)];
-    const Vec3<S>* directions[3] = {&contact.frame.normal, &contact.frame.tangent1, &contact.frame.tangent2};
+    const Vec3<S>* directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
     const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
     for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
         ContactRows<S>& point = problem.contactRows[i];
@@ -102,7 +103,7 @@ void CompactSweeps<S>::beginContact(Problem<S>& problem, const ProblemContact<S>
         for (S& impulse : point.impulse) {
             impulse *= warmStart;
         }
-        startPoint(problem, contact, i, warmStart, h, point);
+        startPoint(problem, contact, frame, i, warmStart, h, point);
         for (int t = 0; t < (contact.hasFriction() ? 3 : 1); ++t) {
             const Vec3<S> ra = point.armA.cross(*directions[t]);
             const Vec3<S> rb = point.armB.cross(*directions[t]);
@@ -130,7 +131,7 @@ void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
         for (int k = 0; k < contact.count; ++k, ++point) {
             point->isIdle = point->C > S(0) && point->impulse[0] == S(0);
             point->softness = S(0);
-            point->bias = std::max(S(0), point->C + h * contact.frame.normal.dot(pointSpeed(*point, va, vb))) / h;
+            point->bias = std::max(S(0), point->C + h * problem.frames[c].normal.dot(pointSpeed(*point, va, vb))) / h;
         }
     });
 }
@@ -158,7 +159,7 @@ S CompactSweeps<S>::pushAll(Problem<S>& problem) {
             Bodies bodies(*this, contact);
             const ContactRows<S>* point = firstPoint(problem, contact);
             for (int k = 0; k < contact.count; ++k, ++point) {
-                const Vec3<S> impulse = inWorld(contact, point->impulse);
+                const Vec3<S> impulse = inWorld(problem.frames[c], point->impulse);
                 sum += impulse.dot(pointSpeed(*point, va, vb)) + point->impulse[0] * point->bias;
                 bodies.push(*point, impulse);
             }
@@ -242,10 +243,11 @@ S CompactSweeps<S>::sweepJoints(const Problem<S>& problem, S relaxation) {
 }
 
 template <class S>
-S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, ContactRows<S>* points, S relaxation) {
-    const Vec3<S> n = contact.frame.normal;
-    const Vec3<S> t1 = contact.frame.tangent1;
-    const Vec3<S> t2 = contact.frame.tangent2;
+S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,
+                                 S relaxation) {
+    const Vec3<S> n = frame.normal;
+    const Vec3<S> t1 = frame.tangent1;
+    const Vec3<S> t2 = frame.tangent2;
     const bool rubs = contact.hasFriction();
     Bodies bodies(*this, contact);
     S change = 0;
@@ -295,7 +297,7 @@ S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
         S sum = 0;
         for (std::size_t c = begin; c < end; ++c) {
             const ProblemContact<S>& contact = problem.contacts[c];
-            sum += sweepContact(contact, firstPoint(problem, contact), relaxation);
+            sum += sweepContact(contact, problem.frames[c], firstPoint(problem, contact), relaxation);
         }
         return sum;
     });
@@ -335,7 +337,7 @@ void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& change) {
                 for (int t = 0; t < 3; ++t) {
                     point->impulse[t] += dp[t];
                 }
-                bodies.push(*point, inWorld(contact, dp));
+                bodies.push(*point, inWorld(problem.frames[c], dp));
             }
             bodies.putBack();
         }

@@ -67,7 +67,6 @@ void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* co
     if (packs_.size() > 1) {
         const Pack& last = packs_[packs_.size() - 2];
         pack.firstRow = last.firstRow + last.count;
-        pack.firstRound = last.firstRound + (last.isRound ? last.count : 0);
     }
     for (std::size_t lane = 0; lane < Pack::width; ++lane) {
         const bool isFull = lane < count;
@@ -77,6 +76,7 @@ void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* co
         pack.contact[lane] = contacts[isFull ? lane : 0];
         pack.firstPoint[lane] = static_cast<std::uint32_t>(contact.firstPoint);
         pack.points[lane] = static_cast<std::uint8_t>(isFull ? contact.count : 0);
+        pack.firstRound[lane] = contact.firstRound;
         pack.isRound = pack.isRound || contact.firstRound >= 0;
         if (isFull) {
             laneOf_[contacts[lane]] = static_cast<std::uint32_t>((packs_.size() - 1) * Pack::width + lane);
@@ -124,16 +124,6 @@ void ContactLanes<S>::layOut(const Problem<S>& problem) {
     const std::size_t rows = packs_.empty() ? 0 : packs_.back().firstRow + packs_.back().count;
     resizeClosely(points_, rows);
     resizeClosely(given_, rows);
-    resizeClosely(rounds_,
-                  packs_.empty() ? 0 : packs_.back().firstRound + (packs_.back().isRound ? packs_.back().count : 0));
-}
-
-template <class S>
-void ContactLanes<S>::fillRound(const RoundPlaces<S>& from, RoundPack<S>& to, std::size_t lane) const {
-    put(to.roundA, lane, from.roundA);
-    put(to.roundB, lane, from.roundB);
-    put(to.startRoundA, lane, from.startRoundA);
-    put(to.startRoundB, lane, from.startRoundB);
 }
 
 template <class S>
@@ -141,8 +131,6 @@ void ContactLanes<S>::fill(const Problem<S>& problem, std::size_t n) {
     using Carrier = typename ContactGeometry<S>::Carrier;
     const Pack& pack = packs_[n];
     FramePack<S>& frame = frames_[n];
-    static const RoundPlaces<S> flat = {Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero(), Vec3<S>::Zero(),
-                                        Quat<S>::Identity()};
     for (std::size_t lane = 0; lane < Pack::width; ++lane) {
         const ProblemContact<S>& contact = problem.contacts[pack.contact[lane]];
         const ContactGeometry<S> first = problem.geometryOf(contact, pack.firstPoint[lane]);
@@ -161,11 +149,6 @@ void ContactLanes<S>::fill(const Problem<S>& problem, std::size_t n) {
                                                            : ArmRule::OnB;
         frame.rule[lane] = static_cast<S>(rule);
         for (std::size_t k = 0; k < pack.count; ++k) {
-            if (pack.isRound) {
-                const bool isRound = contact.firstRound >= 0 && k < pack.points[lane];
-                fillRound(isRound ? problem.rounds[static_cast<std::size_t>(contact.firstRound) + k] : flat,
-                          rounds_[pack.firstRound + k], lane);
-            }
             GivenPack<S>& given = given_[pack.firstRow + k];
             put<S>(given.impulse, lane, Vec3<S>::Zero());
             given.normal[lane] = S(0);
@@ -188,9 +171,8 @@ void ContactLanes<S>::place(Problem<S>& problem) {
     if (!isLaidOut(problem)) {
         layOut(problem);
         laidOut_ = {problem.bodies.size(), problem.contacts.size(), problem.points.size()};
-        asksAlways_ = std::any_of(problem.contacts.begin(), problem.contacts.end(), [](const auto& contact) {
-            return contact.restitution > S(0) || contact.friction != contact.staticFriction;
-        });
+        rubsAnew_ = std::any_of(problem.contacts.begin(), problem.contacts.end(),
+                                [](const auto& contact) { return contact.friction != contact.staticFriction; });
         placements_.assign(bodyPlaces * (problem.bodies.size() + 1), S(0));
         Eigen::Map<Mat3<S>>(placements_.data() + bodyPlaces * problem.bodies.size()).setIdentity();
         problem.forEach(packs_.size(), [&](std::size_t n) { fill(problem, n); });
@@ -204,22 +186,11 @@ void ContactLanes<S>::place(Problem<S>& problem) {
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
         kernels.place(view(problem, nullptr), begin, end);
     });
-    if (asksAlways_ || problem.keepsForces()) {
-        writeFrames(problem);
-    }
 }
 
 template <class S>
-void ContactLanes<S>::writeFrames(Problem<S>& problem) const {
-    problem.forEach(packs_.size(), [&](std::size_t n) {
-        const Pack& pack = packs_[n];
-        for (std::size_t lane = 0; lane < Pack::width; ++lane) {
-            if (pack.points[lane] > 0) {
-                problem.contacts[pack.contact[lane]].frame = {get(pack.normal, lane), get(pack.tangent1, lane),
-                                                              get(pack.tangent2, lane)};
-            }
-        }
-    });
+ContactFrame<S> ContactLanes<S>::frameAt(const Pack& pack, std::size_t lane) {
+    return {get(pack.normal, lane), get(pack.tangent1, lane), get(pack.tangent2, lane)};
 }
 
 template <class S>
@@ -246,6 +217,11 @@ auto ContactLanes<S>::at(std::size_t contact, std::size_t point, const Visit& vi
 }
 
 template <class S>
+ContactFrame<S> ContactLanes<S>::frameOf(std::size_t contact) const {
+    return frameAt(packs_[laneOf_[contact] / Pack::width], laneOf_[contact] % Pack::width);
+}
+
+template <class S>
 ContactRows<S> ContactLanes<S>::rowsOf(std::size_t contact, std::size_t point) const {
     return at(contact, point, [&](const Pack& pack, std::size_t lane, std::size_t row) {
         return rowAt(row, lane, get(pack.apart, lane));
@@ -262,10 +238,11 @@ PointGiven<S> ContactLanes<S>::givenBy(std::size_t contact, std::size_t point) c
 template <class S>
 void ContactLanes<S>::begin(const Problem<S>& problem, ContactTermRule<S> rule, const S* masses) {
     masses_ = masses;
-    if (asksAlways_ || problem.limits.isFirst) {
+    if (rubsAnew_ || problem.limits.isFirst) {
         forPoints(problem, [&](const Pack& pack, std::size_t lane, std::size_t point, std::size_t row) {
             ContactRows<S> rows = rowAt(row, lane, get(pack.apart, lane));
-            startPoint(problem, problem.contacts[pack.contact[lane]], point, rule.warmStart, rule.h, rows);
+            startPoint(problem, problem.contacts[pack.contact[lane]], frameAt(pack, lane), point, rule.warmStart,
+                       rule.h, rows);
             points_[row].friction[lane] = rows.friction;
             for (std::size_t t = 0; t < 3 && problem.limits.isFirst; ++t) {
                 points_[row].impulse[t][lane] = rows.impulse[t];

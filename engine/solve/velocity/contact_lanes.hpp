@@ -29,6 +29,7 @@ public:
     void add(const Problem<S>& problem, S* twists, const S* change);
     // Adds the impulses up; forces and what was given go to the problem where they are asked for.
     void store(Problem<S>& problem, S h);
+    ContactFrame<S> frameOf(std::size_t contact) const override;
     ContactRows<S> rowsOf(std::size_t contact, std::size_t point) const override;
     PointGiven<S> givenBy(std::size_t contact, std::size_t point) const override;
 
@@ -40,19 +41,23 @@ private:
     void layOut(const Problem<S>& problem);
     void addPack(const Problem<S>& problem, const std::uint32_t* contacts, std::size_t count);
     void fill(const Problem<S>& problem, std::size_t pack);
-    void fillRound(const RoundPlaces<S>& from, RoundPack<S>& to, std::size_t lane) const;
     bool isLaidOut(const Problem<S>& problem) const;
-    void writeFrames(Problem<S>& problem) const;
     // Calls visit(pack, lane, row among points_).
     template <class Visit>
     auto at(std::size_t contact, std::size_t point, const Visit& visit) const;
+    static ContactFrame<S> frameAt(const Pack& pack, std::size_t lane);
     ContactRows<S> rowAt(std::size_t row, std::size_t lane, const Vec3<S>& apart) const;
     ContactLanesView<S> view(const Problem<S>& problem, S* twists) {
-        static_assert(sizeof(PointPlaces<S>) == 6 * sizeof(S));
-        return {
-            packs_.data(),      points_.data(), frames_.data(),
-            rounds_.data(),     given_.data(),  problem.points.empty() ? nullptr : problem.places.front().onA.data(),
-            placements_.data(), twists,         masses_};
+        static_assert(sizeof(PointPlaces<S>) == 6 * sizeof(S) && sizeof(RoundPlaces<S>) == 16 * sizeof(S));
+        return {packs_.data(),
+                points_.data(),
+                frames_.data(),
+                given_.data(),
+                problem.points.empty() ? nullptr : problem.places.front().onA.data(),
+                problem.rounds.empty() ? nullptr : problem.rounds.front().roundA.data(),
+                placements_.data(),
+                twists,
+                masses_};
     }
     // Calls visit(kernels, begin, end) over all packs.
     template <class Visit>
@@ -68,12 +73,11 @@ private:
     std::vector<Pack> packs_;
     std::vector<Row> points_;
     std::vector<FramePack<S>> frames_;
-    std::vector<RoundPack<S>> rounds_;
     std::vector<GivenPack<S>> given_;
     std::vector<S> placements_;
     std::vector<std::size_t> ends_;         // of the colours, among packs_
     std::array<std::size_t, 3> laidOut_{};  // bodies, contacts and points of the problem
-    bool asksAlways_ = false;               // something looks at single contacts in every sub-step
+    bool rubsAnew_ = false;                 // what sticks has another friction: looked at in every sub-step
     std::vector<std::uint32_t> order_;
     std::vector<std::uint32_t> laneOf_;  // by contact, of all lanes of the packs
     std::vector<S> terms_;               // by contact or by point: what is summed in the order of the problem

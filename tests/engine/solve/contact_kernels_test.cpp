@@ -22,14 +22,17 @@ struct Packs {
 
     explicit Packs(TestRandom& random)
         : rows(4 * count),
-          rounds(4 * count),
           given(4 * count),
           places(6 * 4 * width * count),
+          rounds(16 * 4 * width * count),
           placements(12 * (bodies + 1)),
           twists(6 * bodies),
           masses(7 * bodies) {
         for (S& place : places) {
             place = static_cast<S>(random.uniform(-0.5, 0.5));
+        }
+        for (S& round : rounds) {
+            round = static_cast<S>(random.uniform(-0.1, 0.1));
         }
         for (S& twist : twists) {
             twist = static_cast<S>(random.uniform(-1, 1));
@@ -44,7 +47,6 @@ struct Packs {
         for (std::size_t n = 0; n < count; ++n) {
             packs[n].firstRow = static_cast<std::uint32_t>(4 * n);
             packs[n].count = 4;
-            packs[n].firstRound = static_cast<std::uint32_t>(4 * n);
             packs[n].isRound = n > 0;
             for (std::size_t lane = 0; lane < width; ++lane) {
                 fill(random, n, lane);
@@ -64,6 +66,7 @@ struct Packs {
         pack.contact[lane] = static_cast<std::uint32_t>(width * n + lane);
         pack.firstPoint[lane] = 4 * pack.contact[lane];
         pack.points[lane] = static_cast<std::uint8_t>(isEmpty ? 0 : 4 - lane % 4);
+        pack.firstRound[lane] = pack.isRound && lane % 4 != 2 ? 4 * static_cast<int>(pack.contact[lane]) : -1;
         FramePack<S>& frame = frames[n];
         frame.carrier[lane] = lane % 4 == 3   ? static_cast<typename ContactPack<S>::Index>(bodies)
                               : lane % 4 == 1 ? pack.bodyB[lane]
@@ -76,11 +79,6 @@ struct Packs {
         put(frame.tangent2, lane, along);
         frame.rule[lane] = static_cast<S>((lane + n) % 4);
         for (std::size_t k = 0; k < 4; ++k) {
-            RoundPack<S>& round = rounds[pack.firstRound + k];
-            put(round.roundA, lane, random.vector(0.1));
-            put(round.roundB, lane, random.vector(0.1));
-            put(round.startRoundA, lane, random.vector(0.1));
-            put(round.startRoundB, lane, random.vector(0.1));
             PointPack<S>& row = rows[pack.firstRow + k];
             row.friction[lane] = static_cast<S>(random.uniform(0, 0.6));
             if (k < pack.points[lane]) {
@@ -98,8 +96,8 @@ struct Packs {
         std::vector<S> all;
         std::vector<S> work(4 * width * count);
         const std::vector<S> before = twists;
-        const ContactLanesView<S> view{packs.data(),  rows.data(),       frames.data(), rounds.data(), given.data(),
-                                       places.data(), placements.data(), twists.data(), masses.data()};
+        const ContactLanesView<S> view{packs.data(),  rows.data(),       frames.data(), given.data(), places.data(),
+                                       rounds.data(), placements.data(), twists.data(), masses.data()};
         kernels.place(view, 0, count);
         kernels.begin(view, 0, count, {S(10), S(20), S(3), S(0.01), S(0.9)});
         kernels.push(view, 0, count, before.data(), work.data());
@@ -130,9 +128,8 @@ struct Packs {
     std::array<ContactPack<S>, count> packs{};
     std::array<FramePack<S>, count> frames{};
     std::vector<PointPack<S>> rows;
-    std::vector<RoundPack<S>> rounds;
     std::vector<GivenPack<S>> given;
-    std::vector<S> places, placements, twists, masses;
+    std::vector<S> places, rounds, placements, twists, masses;
 };
 
 template <class S>
@@ -256,7 +253,7 @@ std::vector<double> answerOf(Problem<double> problem, double& change) {
             const ProblemPoint<double>& point = problem.points[static_cast<std::size_t>(i)];
             all.insert(all.end(), rows.delassus, rows.delassus + (contact.hasFriction() ? 3 : 1));
             const PointGiven<double> given = problem.givenBy(contact, static_cast<std::size_t>(i));
-            const Vec3d force = problem.forceOf(contact, static_cast<std::size_t>(i), h);
+            const Vec3d force = problem.forceOf(static_cast<std::size_t>(i), rows, problem.frameOf(contact), h);
             all.insert(all.end(), {rows.C, point.normalForce, given.normal});
             all.insert(all.end(), rows.armA.begin(), rows.armA.end());
             all.insert(all.end(), force.begin(), force.end());
