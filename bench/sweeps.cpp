@@ -39,12 +39,11 @@ struct Contacts {
         pack.movesB |= 1U << lane;
         pack.contact[lane] = static_cast<std::uint32_t>(contact);
         pack.points[lane] = 4;
-        pack.normal[1][lane] = pack.tangent1[0][lane] = pack.tangent2[2][lane] = S(1);
+        pack.normal[1][lane] = pack.tangent1[0][lane] = pack.tangent2[2][lane] = pack.apart[1][lane] = S(1);
         for (std::size_t k = 0; k < 4; ++k) {
             PointPack<S>& point = points[pack.firstRow + k];
-            point.armA[0][lane] = point.armB[0][lane] = k < 2 ? S(-0.5) : S(0.5);
-            point.armA[2][lane] = point.armB[2][lane] = k % 2 == 0 ? S(-0.5) : S(0.5);
-            point.armA[1][lane] = S(0.5);
+            point.armB[0][lane] = k < 2 ? S(-0.5) : S(0.5);
+            point.armB[2][lane] = k % 2 == 0 ? S(-0.5) : S(0.5);
             point.armB[1][lane] = S(-0.5);
             point.C[lane] = S(-0.001);
             point.friction[lane] = S(0.5);
@@ -64,8 +63,9 @@ template <class S>
 void sweep(benchmark::State& state, const ContactKernels<S>& kernels) {
     Contacts<S> contacts;
     std::vector<S> change(Contacts<S>::packCount * Contacts<S>::width);
-    const ContactLanesView<S> view{contacts.packs.data(),  contacts.points.data(), nullptr, nullptr, nullptr,
-                                   contacts.twists.data(), contacts.masses.data()};
+    const ContactLanesView<S> view{
+        contacts.packs.data(),  contacts.points.data(), nullptr, nullptr, nullptr, nullptr, nullptr,
+        contacts.twists.data(), contacts.masses.data()};
     for (auto _ : state) {
         kernels.sweep(view, 0, Contacts<S>::packCount, S(1), change.data());
     }

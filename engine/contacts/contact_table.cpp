@@ -1,6 +1,7 @@
 // Which pairs are kept, and where: awake ones in a list, those that rest apart from it.
 #include "engine/contacts/contacts.hpp"
 
+#include "base/resize.hpp"
 #include "engine/contacts/crowds.hpp"
 #include "engine/contacts/internal_edges.hpp"
 
@@ -64,42 +65,55 @@ void ContactTable<S>::renewBackward() {
 }
 
 template <class S>
+PairContacts<S> ContactTable<S>::taken(const ProxyPair& pair) {
+    came_.emplace_back(pair.b, pair.a);
+    PairContacts<S> contacts;
+    if (const auto kept = resting_.find(pair); kept != resting_.end()) {
+        contacts = std::move(kept->second);
+        restingPoints_ -= contacts.pointCount();
+        contacts.isNew = true;
+        restingBackward_.erase({pair.b, pair.a});
+        resting_.erase(kept);
+    }
+    contacts.pair = pair;
+    return contacts;
+}
+
+template <class S>
 void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies) {
     if (!std::equal(pairs_.begin(), pairs_.end(), near.begin(), near.end(),
                     [](const PairContacts<S>& old, const ProxyPair& pair) { return old.pair == pair; })) {
-        next_.clear();
-        next_.reserve(near.size());
-        auto old = pairs_.begin();
-        for (const ProxyPair& pair : near) {
-            while (old != pairs_.end() && old->pair < pair) {
-                leave(*old++, bodies);
+        // Those that stay close up, and from the end on make room for those that came.
+        std::size_t staying = 0;
+        auto pair = near.begin();
+        for (PairContacts<S>& old : pairs_) {
+            while (pair != near.end() && *pair < old.pair) {
+                ++pair;
             }
-            if (old != pairs_.end() && old->pair == pair) {
-                next_.push_back(std::move(*old++));
-                continue;
+            if (pair == near.end() || *pair != old.pair) {
+                leave(old, bodies);
+            } else if (PairContacts<S>& place = pairs_[staying++]; &place != &old) {
+                place = std::move(old);
             }
-            came_.emplace_back(pair.b, pair.a);
-            if (const auto kept = resting_.find(pair); kept != resting_.end()) {
-                next_.push_back(std::move(kept->second));
-                restingPoints_ -= next_.back().pointCount();
-                next_.back().isNew = true;
-                restingBackward_.erase({pair.b, pair.a});
-                resting_.erase(kept);
+        }
+        pairs_.resize(staying);
+        resizeClosely(pairs_, near.size());
+        for (std::size_t k = near.size(); k > staying;) {
+            --k;
+            if (staying > 0 && pairs_[staying - 1].pair == near[k]) {
+                pairs_[k] = std::move(pairs_[--staying]);
             } else {
-                next_.emplace_back().pair = pair;
+                pairs_[k] = taken(near[k]);
             }
         }
-        while (old != pairs_.end()) {
-            leave(*old++, bodies);
-        }
-        pairs_.swap(next_);
-        next_.clear();
         renewBackward();
-    } else if (next_.capacity() > 0) {
-        next_ = {};
+    } else if (came_.capacity() > 0 || left_.capacity() > 0) {
         remaining_ = {};
         came_ = {};
         left_ = {};
+        if (pairs_.capacity() > 2 * pairs_.size()) {
+            pairs_.shrink_to_fit();
+        }
     }
     for (const ProxyId body : woken_) {
         for (const ProxyPair& pair : restingPairsOf(body)) {

@@ -330,9 +330,12 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         return beside;
     });
     // Swapped with the old ones, whose room the next pair of the thread gets.
-    static thread_local std::vector<ContactManifold<S>> manifolds;
-    manifolds.clear();
-    manifolds.reserve(found.size());
+    static thread_local std::vector<ContactManifold<S>> room;
+    room.clear();
+    room.reserve(found.size());
+    // What has none keeps no room for any.
+    std::vector<ContactManifold<S>> none;
+    std::vector<ContactManifold<S>>& manifolds = found.empty() ? none : room;
     const Quatd bFromA = relativePose(frameB, frameA).rotation;
     for (const Manifold& geometry : found) {
         ContactManifold<S>* before = nullptr;

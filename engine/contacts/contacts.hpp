@@ -234,6 +234,8 @@ private:
     // Follows the list of near pairs.
     void follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies);
     void leave(PairContacts<S>& pair, const BodyTable<S>& bodies);
+    // One that is near now.
+    PairContacts<S> taken(const ProxyPair& pair);
     void rest(PairContacts<S>& pair);
     // Answers the element after it.
     typename std::map<ProxyPair, PairContacts<S>>::iterator dropResting(
@@ -245,9 +247,7 @@ private:
     void cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onlyChanged);
 
     std::vector<PairContacts<S>> pairs_;  // sorted
-    // Room for update().
-    std::vector<PairContacts<S>> next_;
-    std::vector<ProxyPair> near_;
+    std::vector<ProxyPair> near_;         // room for update()
     std::vector<Gone> gone_;
     std::map<ProxyPair, PairContacts<S>> resting_;
     // By the higher id, which comes first, then the lower one: the same pairs once more, so that those of one body are

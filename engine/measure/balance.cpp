@@ -76,6 +76,7 @@ void Balance<S>::open(const Problem<S>& problem, bool balances) {
     force_ = 0;
     kineticEnergy_ = 0;
     momentum_.clear();
+    momentum_.reserve(problem.bodies.size());
     for (const SolverBody<S>& body : problem.bodies) {
         S twiceEnergy = 0;
         momentum_.push_back(body.fixed ? Vec6<S>(Vec6<S>::Zero()) : motionOf(body, twiceEnergy));
@@ -242,20 +243,25 @@ void Balance<S>::addContacts(const Problem<S>& problem, S h, bool balance, Sums&
         sums.momentumResidual = residual;
         for (std::size_t c = begin; c < end; ++c) {
             const ProblemContact<S>& contact = problem.contacts[c];
+            if (contact.count == 0) {
+                continue;
+            }
             const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
             const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
             const bool driven = drives && (isDriven(a) || isDriven(b));
+            const ContactFrame<S> frame = problem.frameOf(contact);
             Vec6<S> onA = Vec6<S>::Zero();
             Vec6<S> onB = Vec6<S>::Zero();
             for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
                  i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
-                const Vec3<S>& force = problem.points[i].force;
+                const ContactRows<S> at = problem.rowsOf(contact, i);
+                const Vec3<S> force = problem.forceOf(i, at, frame, h);
                 sums.force += std::abs(problem.points[i].normalForce) + problem.points[i].friction.norm();
                 const Vec3<S> p = h * force;
                 onA.template head<3>() -= p;
-                onA.template tail<3>() -= problem.contactRows[i].armA.cross(p);
+                onA.template tail<3>() -= at.armA.cross(p);
                 onB.template head<3>() += p;
-                onB.template tail<3>() += problem.contactRows[i].armB.cross(p);
+                onB.template tail<3>() += at.armB.cross(p);
             }
             if (driven) {
                 sums.explained += S(0.5) * ((a.fixed ? S(0) : onA.dot(a.vBefore + a.v)) +

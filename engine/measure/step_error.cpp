@@ -125,30 +125,30 @@ private:
         }
         const Placement<S> a(bodyAt(met.a).pose);
         const Placement<S> b(bodyAt(met.b).pose);
+        const ContactFrame<S> frame = problem_.frameOf(met);
         const double asked = tighter(tighter(accuracy_.position, bodyAt(met.a).tolerance), bodyAt(met.b).tolerance);
         for (std::size_t i = static_cast<std::size_t>(met.firstPoint);
              i < static_cast<std::size_t>(met.firstPoint + met.count); ++i) {
             ProblemPoint<S>& point = problem_.points[i];
             const S before = std::min(S(0), point.separation);
-            const S separation = problem_.geometry[i].separation(a, b);
+            const S separation = problem_.geometryOf(met, i).separation(a, b);
             sum.sunk = std::max(sum.sunk, static_cast<double>(before - separation));
             point.error = separation >= S(0) && point.normalForce == S(0)
                               ? S(0)
-                              : touching(met, problem_.contactRows[i], point, separation, asked, sum);
+                              : touching(met, frame, problem_.rowsOf(met, i), point, separation, asked, sum);
         }
     }
 
     // Gives the error of position, m.
-    S touching(const ProblemContact<S>& met, const ContactRows<S>& rows, const ProblemPoint<S>& point, S separation,
-               double asked, IslandError& sum) const {
-        const S lambda[3] = {point.normalForce, point.friction.dot(met.frame.tangent1),
-                             point.friction.dot(met.frame.tangent2)};
+    S touching(const ProblemContact<S>& met, const ContactFrame<S>& frame, const ContactRows<S>& rows,
+               const ProblemPoint<S>& point, S separation, double asked, IslandError& sum) const {
+        const S lambda[3] = {point.normalForce, point.friction.dot(frame.tangent1), point.friction.dot(frame.tangent2)};
         const S delassus = rows.delassus[0];
         const S residual = std::min(separation, delassus * h_ * h_ * lambda[0]);
         sum.constraint += static_cast<double>(residual * residual / (delassus * h_ * h_));
         S slip = 0;
         S u[2] = {0, 0};
-        const S mu = met.hasFriction() ? frictionCoefficient(problem_, met, rows) : S(0);
+        const S mu = met.hasFriction() ? frictionCoefficient(problem_, met, frame, rows) : S(0);
         if (met.hasFriction()) {
             // Roots are dear beside the rest: most contacts are within the cone, and stick.
             const S cone = mu * lambda[0] + static_cast<S>(sum.cone);
@@ -156,8 +156,8 @@ private:
                 sum.cone = static_cast<double>(std::sqrt(force) - mu * lambda[0]);
             }
             const Vec3<S> speed = pointSpeed(rows, bodyAt(met.a).v, bodyAt(met.b).v);
-            u[0] = speed.dot(met.frame.tangent1);
-            u[1] = speed.dot(met.frame.tangent2);
+            u[0] = speed.dot(frame.tangent1);
+            u[1] = speed.dot(frame.tangent2);
             const S across = S(0.5) * (rows.delassus[1] + rows.delassus[2]);
             S wanted[2];
             for (int t = 0; t < 2; ++t) {

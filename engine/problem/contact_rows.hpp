@@ -28,6 +28,31 @@ struct ContactRows {
     }
 };
 
+// What a contact point gave: N s, on b, world axes; and along its normal.
+template <class S>
+struct PointGiven {
+    Vec3<S> impulse = Vec3<S>::Zero();
+    S normal = 0;
+
+    void operator+=(const PointGiven& o) {
+        impulse += o.impulse;
+        normal += o.normal;
+    }
+};
+
+// Who keeps of an island's contacts what Problem else has by contact and by point. Of one of Problem::contacts:
+template <class S>
+class ContactRowKeeper {
+public:
+    virtual ~ContactRowKeeper() = default;
+    // In this sub-step; of rows all but bias, softness and isIdle.
+    virtual ContactFrame<S> frameOf(std::size_t contact) const = 0;
+    virtual ContactRows<S> rowsOf(std::size_t contact, std::size_t point) const = 0;
+    virtual void addToC(std::size_t contact, std::size_t point, S change) = 0;
+    // In the piece of a step that is being solved, but for impacts.
+    virtual PointGiven<S> givenBy(std::size_t contact, std::size_t point) const = 0;
+};
+
 // The speed of b against a at a contact point, m/s.
 template <class S>
 [[gnu::always_inline]] inline Vec3<S> pointSpeed(const ContactRows<S>& point, const Vec6<S>& va, const Vec6<S>& vb) {

@@ -1,4 +1,5 @@
 #include "engine/problem/gather.hpp"
+#include "base/resize.hpp"
 #include "engine/contacts/internal_edges.hpp"
 #include "engine/model/gyroscopics.hpp"
 #include "engine/problem/colouring.hpp"
@@ -115,6 +116,11 @@ void Gatherer<S>::gather() {
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
     problem_.jobs = island_.isLarge() ? world_.jobs : nullptr;
     problem_.isDriven = island_.isDriven;
+    // With room for some fixed ones, which would double it.
+    constexpr std::size_t fixedBodies = 16;
+    if (island_.bodies.size() + fixedBodies > problem_.bodies.capacity()) {
+        problem_.bodies.reserve(island_.bodies.size() + island_.bodies.size() / 16 + fixedBodies);
+    }
     problem_.bodies.resize(island_.bodies.size());
     problem_.forEach(island_.bodies.size(), [&](std::size_t k) {
         const std::uint32_t i = island_.bodies[k];
@@ -197,6 +203,7 @@ void Gatherer<S>::colourContacts() {
 template <class S>
 void Gatherer<S>::fillContacts() {
     problem_.contacts.clear();
+    problem_.beginImpulses();
     std::size_t manifolds = 0;
     for (const std::uint32_t p : island_.pairs) {
         manifolds += world_.contacts.pairs()[p].manifolds.size();
@@ -221,14 +228,23 @@ void Gatherer<S>::fillContacts() {
         colourContacts();
     }
     int count = 0;
+    int rounds = 0;
+    bool hasSlipped = false;
     for (ProblemContact<S>& contact : problem_.contacts) {
         contact.firstPoint = count;
         count += contact.count;
+        const ContactManifold<S>& manifold = manifoldOf(contact);
+        if (manifold.isRound) {
+            contact.firstRound = rounds;
+            rounds += contact.count;
+        }
+        hasSlipped = hasSlipped || manifold.slips;
     }
-    problem_.points.resize(static_cast<std::size_t>(count));
-    problem_.geometry.resize(static_cast<std::size_t>(count));
+    problem_.slips.resize(hasSlipped ? static_cast<std::size_t>(count) : 0);
+    resizeClosely(problem_.points, static_cast<std::size_t>(count));
+    resizeClosely(problem_.places, static_cast<std::size_t>(count));
+    resizeClosely(problem_.rounds, static_cast<std::size_t>(rounds));
     problem_.forEach(problem_.contacts.size(), [&](std::size_t c) { fillPoints(problem_.contacts[c]); });
-    problem_.startContacts();
     fillRolls();
     colourJoints();
 }
@@ -238,7 +254,7 @@ void Gatherer<S>::fillRolls() {
     problem_.rolls.clear();
     for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
         const ProblemContact<S>& contact = problem_.contacts[c];
-        const ContactManifold<S>& manifold = world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
+        const ContactManifold<S>& manifold = manifoldOf(contact);
         const auto turns = [&](int body) { return !problem_.bodies[static_cast<std::size_t>(body)].particle; };
         if ((manifold.rollingFriction > S(0) || manifold.spinningFriction > S(0)) && contact.count > 0 &&
             turns(contact.a) && turns(contact.b)) {
@@ -252,21 +268,18 @@ void Gatherer<S>::fillRolls() {
 }
 
 template <class S>
-void Gatherer<S>::fillPoints(const ProblemContact<S>& contact) {
+void Gatherer<S>::fillPoints(ProblemContact<S>& contact) {
     const PairContacts<S>& pair = world_.contacts.pairs()[contact.pair];
     const ContactManifold<S>& manifold = pair.manifolds[contact.manifold];
-    ProblemPoint<S>* point = problem_.points.data() + contact.firstPoint;
-    ContactGeometry<S>* geometry = problem_.geometry.data() + contact.firstPoint;
+    int k = 0;
     for (const ContactPointState<S>& from : manifold.inForce()) {
-        *geometry++ = contactGeometry(manifold, from, world_.bodies[pair.pair.a], world_.bodies[pair.pair.b]);
-        point->separation = from.separation;
-        point->normalForce = from.normalForce;
-        point->friction = from.friction;
-        point->slip = manifold.slip(from);
-        point->impulse = from.impulse;
-        point->normalImpulse = from.normalImpulse;
-        point->error = from.error;
-        ++point;
+        problem_.placePoint(contact, k,
+                            contactGeometry(manifold, from, world_.bodies[pair.pair.a], world_.bodies[pair.pair.b]));
+        const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k++);
+        problem_.points[i] = {from.separation, from.normalForce, from.friction, from.error};
+        if (!problem_.slips.empty()) {
+            problem_.slips[i] = manifold.slip(from);
+        }
     }
 }
 
@@ -274,21 +287,23 @@ template <class S>
 void Gatherer<S>::handContactsBack() {
     problem_.forEach(problem_.contacts.size(), [&](std::size_t c) {
         const ProblemContact<S>& contact = problem_.contacts[c];
-        const ProblemPoint<S>* from = problem_.points.data() + contact.firstPoint;
-        ContactManifold<S>& manifold = world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
+        ContactManifold<S>& manifold = manifoldOf(contact);
+        std::size_t i = static_cast<std::size_t>(contact.firstPoint);
         for (ContactPointState<S>& point : manifold.inForce()) {
-            point.normalForce = from->normalForce;
-            point.friction = from->friction;
-            manifold.setSlip(point, from->slip);
-            point.impulse = from->impulse;
-            point.normalImpulse = from->normalImpulse;
-            point.error = from->error;
-            ++from;
+            const ProblemPoint<S>& from = problem_.points[i];
+            point.normalForce = from.normalForce;
+            point.friction = from.friction;
+            point.error = from.error;
+            if (!problem_.slips.empty()) {
+                manifold.setSlip(point, problem_.slips[i]);
+            }
+            const PointGiven<S> given = problem_.givenBy(contact, i++);
+            point.impulse += given.impulse;
+            point.normalImpulse += given.normal;
         }
     });
     for (const typename Problem<S>::RollLink& roll : problem_.rolls) {
-        const ProblemContact<S>& contact = problem_.contacts[roll.contact];
-        world_.contacts.pairs()[contact.pair].manifolds[contact.manifold].turned.make() = roll.impulse;
+        manifoldOf(problem_.contacts[roll.contact]).turned.make() = roll.impulse;
     }
 }
 

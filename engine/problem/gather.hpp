@@ -44,8 +44,11 @@ public:
 private:
     // The place of a body in the problem; a fixed one is added when it is first met.
     int placeOf(std::uint32_t body);
+    ContactManifold<S>& manifoldOf(const ProblemContact<S>& contact) const {
+        return world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
+    }
     void fillContacts();
-    void fillPoints(const ProblemContact<S>& contact);
+    void fillPoints(ProblemContact<S>& contact);
     void colourContacts();
     void colourJoints();
     void fillRolls();

@@ -1,4 +1,5 @@
 #include "engine/problem/problem.hpp"
+#include "base/resize.hpp"
 #include "engine/constraints/axis_lock.hpp"
 #include "engine/model/gyroscopics.hpp"
 
@@ -50,14 +51,15 @@ void Problem<S>::clear() {
     bodies.clear();
     contacts.clear();
     points.clear();
-    geometry.clear();
+    slips.clear();
+    places.clear();
+    rounds.clear();
     joints.clear();
     locks.clear();
     rolls.clear();
     jointLambda.clear();
     jointImpulse.clear();
-    jointGiven_.clear();
-    pointGiven_.clear();
+    beginImpulses();
     impacts_.clear();
     contactColours.clear();
     jointColours.clear();
@@ -67,13 +69,19 @@ void Problem<S>::clear() {
 }
 
 template <class S>
-void Problem<S>::startContacts() {
-    forEach(contacts.size(), [&](std::size_t c) {
-        const ProblemContact<S>& contact = contacts[c];
-        for (int k = 0; k < contact.count; ++k) {
-            geometry[static_cast<std::size_t>(contact.firstPoint + k)].startStep(poseOf(contact.a), poseOf(contact.b));
-        }
-    });
+void Problem<S>::placePoint(ProblemContact<S>& contact, int k, ContactGeometry<S> at) {
+    at.startStep(poseOf(contact.a), poseOf(contact.b));
+    if (k == 0) {
+        contact.normal = at.normal;
+        contact.carrier = at.carrier;
+        contact.particleA = at.particleA;
+        contact.particleB = at.particleB;
+    }
+    places[static_cast<std::size_t>(contact.firstPoint + k)] = {at.onA, at.onB};
+    if (contact.firstRound >= 0) {
+        rounds[static_cast<std::size_t>(contact.firstRound + k)] = {at.roundA, at.roundB, at.startRoundA,
+                                                                    at.startRoundB, at.startCarrier};
+    }
 }
 
 template <class S>
@@ -123,7 +131,7 @@ void SolverBody<S>::startTurn(S h) {
     gyroMomentum = inertia * w;
     if (gyroscopicInertia) {
         inverseInertia = R * spinResponse(gyroscopic, localInertia, local, h) * R.transpose();
-        inertia = inverseOf(inverseInertia);
+        inertia = inverseInertia.inverse();
         holdsInertia = true;
         inertiaAt.coeffs().setZero();
     }
@@ -208,18 +216,20 @@ void Problem<S>::integrate(S h) {
 
 template <class S>
 void Problem<S>::placeContacts() {
-    contactRows.resize(points.size());
+    rowKeeper = nullptr;
+    resizeClosely(frames, contacts.size());
+    resizeClosely(contactRows, points.size());
     forEach(contacts.size(), [&](std::size_t c) {
-        ProblemContact<S>& contact = contacts[c];
+        const ProblemContact<S>& contact = contacts[c];
         if (contact.count == 0) {
             return;
         }
         const Placement<S> a(poseOf(contact.a));
         const Placement<S> b(poseOf(contact.b));
         const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
-        contact.frame = contactFrame(geometry[first], a, b);
+        frames[c] = contactFrame(geometryOf(contact, first), a, b);
         for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
-            contactRows[i].place(contactArms(geometry[i], contact.frame.normal, a, b));
+            contactRows[i].place(contactArms(geometryOf(contact, i), frames[c].normal, a, b));
         }
     });
 }
@@ -280,10 +290,18 @@ template <class S>
 void Problem<S>::takeOffsets() {
     const auto offsetOf = [&](int i) -> const Vec6<S>& { return bodies[static_cast<std::size_t>(i)].offset; };
     for (const ProblemContact<S>& contact : contacts) {
+        if (contact.count == 0) {
+            continue;
+        }
+        const Vec3<S> normal = frameOf(contact).normal;
         for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
              i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
-            contactRows[i].C +=
-                contact.frame.normal.dot(pointSpeed(contactRows[i], offsetOf(contact.a), offsetOf(contact.b)));
+            const S change = normal.dot(pointSpeed(rowsOf(contact, i), offsetOf(contact.a), offsetOf(contact.b)));
+            if (rowKeeper == nullptr) {
+                contactRows[i].C += change;
+            } else {
+                rowKeeper->addToC(placeOf(contact), i, change);
+            }
         }
     }
     for (std::size_t k = static_cast<std::size_t>(jointBlocks); k < blocks.size(); ++k) {
@@ -338,7 +356,7 @@ void Problem<S>::linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, R
         force += points[i].normalForce;
     }
     RowWriter<S> writer(out, block);
-    const Vec3<S> normal = geometry[first].direction(poseOf(contact.a), poseOf(contact.b));
+    const Vec3<S> normal = geometryOf(contact, first).direction(poseOf(contact.a), poseOf(contact.b));
     if (roll.spinning > S(0)) {
         writer.makeMotor(writer.angular(normal, S(0)), S(0), roll.spinning * force);
     }
@@ -420,8 +438,8 @@ void Problem<S>::writeRows(const ProblemContact<S>& contact, std::size_t point, 
     block.friction = contact.friction;
     block.staticFriction = contact.staticFriction;
     RowWriter<S> writer(out, block);
-    const ContactRows<S>& placed = contactRows[point];
-    linearizeContact<S>(contact.frame, {placed.armA, placed.armB, placed.C}, contact.hasFriction(), writer);
+    const ContactRows<S> placed = rowsOf(contact, point);
+    linearizeContact<S>(frameOf(contact), {placed.armA, placed.armB, placed.C}, contact.hasFriction(), writer);
 }
 
 template <class S>
@@ -441,11 +459,13 @@ void Problem<S>::relinearize(std::size_t k) {
         }
     } else {
         const std::size_t i = k - static_cast<std::size_t>(jointBlocks);
-        ProblemContact<S>& contact = contacts[static_cast<std::size_t>(contactOfPoint_[i])];
+        const std::size_t c = static_cast<std::size_t>(contactOfPoint_[i]);
+        const ProblemContact<S>& contact = contacts[c];
         const Pose<S>& a = poseOf(contact.a);
         const Pose<S>& b = poseOf(contact.b);
-        contact.frame = contactFrame(geometry[i], a, b);
-        contactRows[i].place(contactArms(geometry[i], contact.frame.normal, a, b));
+        const ContactGeometry<S> at = geometryOf(contact, i);
+        frames[c] = contactFrame(at, a, b);
+        contactRows[i].place(contactArms(at, frames[c].normal, a, b));
         writeRows(contact, i, scratch, block);
     }
     blocks[k].armA = block.armA;
@@ -488,16 +508,13 @@ void Problem<S>::contactErrors(std::vector<S>& C) const {
         const Placement<S> b(poseOf(contact.b));
         for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
              i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
-            C[i] = geometry[i].separation(a, b);
+            C[i] = geometryOf(contact, i).separation(a, b);
         }
     }
 }
 
 template <class S>
 void Problem<S>::handImpulsesOn() {
-    if (jointGiven_.empty() && pointGiven_.empty()) {
-        return;
-    }
     const std::size_t held = joints.size() + locks.size();
     jointImpulse.resize(held);
     for (std::size_t k = 0; k < jointGiven_.size(); ++k) {
@@ -508,17 +525,15 @@ void Problem<S>::handImpulsesOn() {
             rolls[k - held].impulse += jointGiven_[k].b.template tail<3>();
         }
     }
-    forEach(points.size(), [&](std::size_t i) {
-        points[i].impulse += pointGiven_[i].impulse;
-        points[i].normalImpulse += pointGiven_[i].normal;
-    });
-    beginImpulses();
+    jointGiven_.clear();
 }
 
 template <class S>
 void Problem<S>::storeJointLambda(S h) {
     jointGiven_.resize(static_cast<std::size_t>(jointBlocks));
-    pointGiven_.resize(points.size());
+    if (!impacts_.empty()) {
+        resizeClosely(pointGiven_, points.size());
+    }
     for (const auto& [point, impact] : impacts_) {
         pointGiven_[point] += impact;
     }
@@ -541,17 +556,28 @@ void Problem<S>::storeJointLambda(S h) {
 }
 
 template <class S>
-void Problem<S>::keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force) {
-    ProblemPoint<S>& point = points[i];
-    point.normalForce = normalForce;
-    point.friction = friction;
-    point.force = force;
-    point.slip.setZero();
+void Problem<S>::keepForces(std::size_t i, S normalForce, const Vec3<S>& friction) {
+    points[i].normalForce = normalForce;
+    points[i].friction = friction;
+    if (!slips.empty()) {
+        slips[i].setZero();
+    }
+}
+
+template <class S>
+Vec3<S> Problem<S>::forceOf(std::size_t point, const ContactRows<S>& placed, const ContactFrame<S>& frame, S h) const {
+    if (rowKeeper == nullptr) {
+        return forces_[point];
+    }
+    const Vec3<S> friction = placed.impulse[1] * frame.tangent1 + placed.impulse[2] * frame.tangent2;
+    return S(1) / h * (placed.impulse[0] * frame.normal + friction);
 }
 
 template <class S>
 void Problem<S>::storeLambda(S h) {
     storeJointLambda(h);
+    resizeClosely(pointGiven_, points.size());
+    resizeClosely(forces_, points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
         const RowBlock<S>& block = blocks[static_cast<std::size_t>(jointBlocks) + i];
         const Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
@@ -560,7 +586,8 @@ void Problem<S>::storeLambda(S h) {
             friction += row[t].lambda * row[t].b.template head<3>();
         }
         const Vec3<S> force = row[0].lambda * row[0].b.template head<3>() + friction;
-        keepForces(i, row[0].lambda, friction, force);
+        keepForces(i, row[0].lambda, friction);
+        forces_[i] = force;
         pointGiven_[i] += {h * force, h * row[0].lambda};
     }
 }
@@ -579,6 +606,8 @@ void Problem<S>::giveBeyondRows(std::size_t k, const JointGiven& beyond) {
 template <class S>
 void Problem<S>::storeCompactLambda(S h) {
     storeJointLambda(h);
+    resizeClosely(pointGiven_, points.size());
+    resizeClosely(forces_, points.size());
     const S perTime = S(1) / h;
     const bool isAsked = keepsForces();
     forEach(contacts.size(), [&](std::size_t c) {
@@ -586,11 +615,12 @@ void Problem<S>::storeCompactLambda(S h) {
         for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
              i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
             const S* p = contactRows[i].impulse;
-            const Vec3<S> friction = p[1] * contact.frame.tangent1 + p[2] * contact.frame.tangent2;
-            const Vec3<S> impulse = p[0] * contact.frame.normal + friction;
+            const Vec3<S> friction = p[1] * frames[c].tangent1 + p[2] * frames[c].tangent2;
+            const Vec3<S> impulse = p[0] * frames[c].normal + friction;
             pointGiven_[i] += {impulse, p[0]};
             if (isAsked) {
-                keepForces(i, perTime * p[0], perTime * friction, perTime * impulse);
+                keepForces(i, perTime * p[0], perTime * friction);
+                forces_[i] = perTime * impulse;
             }
         }
     });

@@ -16,13 +16,24 @@ namespace cairn {
 template <class S>
 struct ProblemPoint {
     S separation = 0;                    // m, at the start of the step
-    S normalForce = 0;                   // N, of the last solve, as the next two
+    S normalForce = 0;                   // N, of the last solve, as the next one
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes
-    Vec3<S> force = Vec3<S>::Zero();     // N, on b, world axes: both together, as they were given in the last sub-step
-    Vec3<S> slip = Vec3<S>::Zero();      // m, world axes: how far b has slipped against a while it should have stuck
-    Vec3<S> impulse = Vec3<S>::Zero();   // N s of the step, on b, world axes; and of it along the normal
-    S normalImpulse = 0;
-    S error = 0;  // m, StepError::position of this point
+    S error = 0;                         // m, StepError::position of this point
+};
+
+// Where it lies: as ContactGeometry's of that name.
+template <class S>
+struct PointPlaces {
+    Vec3<S> onA;
+    Vec3<S> onB;
+};
+template <class S>
+struct RoundPlaces {
+    Vec3<S> roundA;
+    Vec3<S> roundB;
+    Vec3<S> startRoundA;
+    Vec3<S> startRoundB;
+    Quat<S> startCarrier;
 };
 
 // The points of one manifold: a range of Problem::points.
@@ -34,10 +45,15 @@ struct ProblemContact {
     int b = -1;
     int firstPoint = 0;
     int count = 0;
+    int firstRound = -1;  // of Problem::rounds; -1: flat
+    // As ContactGeometry's, for all points.
+    typename ContactGeometry<S>::Carrier carrier = ContactGeometry<S>::Carrier::A;
+    bool particleA = false;
+    bool particleB = false;
+    Vec3<S> normal = Vec3<S>::Zero();
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
-    ContactFrame<S> frame{};  // in this sub-step
 
     bool hasFriction() const { return friction > S(0) || staticFriction > S(0); }
 };
@@ -69,21 +85,15 @@ struct Problem {
         Vec6<S> a = Vec6<S>::Zero();
         Vec6<S> b = Vec6<S>::Zero();
     };
-    // What a contact point gave: N s, on b, world axes; and along its normal.
-    struct PointGiven {
-        Vec3<S> impulse = Vec3<S>::Zero();
-        S normal = 0;
-
-        void operator+=(const PointGiven& o) {
-            impulse += o.impulse;
-            normal += o.normal;
-        }
-    };
+    using PointGiven = cairn::PointGiven<S>;
 
     std::vector<SolverBody<S>> bodies;
     std::vector<ProblemContact<S>> contacts;
     std::vector<ProblemPoint<S>> points;
-    std::vector<ContactGeometry<S>> geometry;  // by contact point
+    // By contact point, m, world axes: how far b has slipped against a while it should have stuck. Empty: nothing has.
+    std::vector<Vec3<S>> slips;
+    std::vector<PointPlaces<S>> places;  // by contact point
+    std::vector<RoundPlaces<S>> rounds;  // by contact point of those contacts that have round parts
     std::vector<JointLink> joints;
     std::vector<LockLink> locks;
     std::vector<RollLink> rolls;
@@ -100,7 +110,10 @@ struct Problem {
     std::vector<RowBlock<S>> blocks;
     std::vector<RowResponse<S>> responses;  // of rows, as they were at the last respond()
     int jointBlocks = 0;  // blocks before this one belong to joints, locks and rolls, whose C bends with the motion
-    std::vector<ContactRows<S>> contactRows;  // by contact point
+    // In this sub-step, by contact and by contact point, unless another keeps them.
+    std::vector<ContactFrame<S>> frames;
+    std::vector<ContactRows<S>> contactRows;
+    ContactRowKeeper<S>* rowKeeper = nullptr;
 
     // Of an island that is worth it the ends of the colours, each a range of `contacts` (or of joints and locks) in
     // which no two push the same body, so that threads may share it; the last one is for what found no colour, and in
@@ -117,13 +130,44 @@ struct Problem {
     SubstepLimits limits;
     SolverMemory<S> memory;
 
-    // Of the block of a contact point.
-    ProblemPoint<S>& pointOf(std::size_t block) { return points[block - static_cast<std::size_t>(jointBlocks)]; }
-
     // Nothing is left but room.
     void clear();
-    // The carriers of the contacts' normals are where the bodies are now.
-    void startContacts();
+    // Point k of a contact is there. The first says what carries the normal, from where the bodies are now.
+    void placePoint(ProblemContact<S>& contact, int k, ContactGeometry<S> at);
+    // `point` is one of `points`, here and below.
+    ContactGeometry<S> geometryOf(const ProblemContact<S>& contact, std::size_t point) const {
+        ContactGeometry<S> at{places[point].onA, places[point].onB, contact.normal};
+        at.particleA = contact.particleA;
+        at.particleB = contact.particleB;
+        at.carrier = contact.carrier;
+        if (contact.firstRound >= 0) {
+            const RoundPlaces<S>& round =
+                rounds[static_cast<std::size_t>(contact.firstRound - contact.firstPoint) + point];
+            at.roundA = round.roundA;
+            at.roundB = round.roundB;
+            at.startRoundA = round.startRoundA;
+            at.startRoundB = round.startRoundB;
+            at.startCarrier = round.startCarrier;
+        }
+        return at;
+    }
+    ContactFrame<S> frameOf(const ProblemContact<S>& contact) const {
+        return rowKeeper == nullptr ? frames[placeOf(contact)] : rowKeeper->frameOf(placeOf(contact));
+    }
+    ContactRows<S> rowsOf(const ProblemContact<S>& contact, std::size_t point) const {
+        return rowKeeper == nullptr ? contactRows[point] : rowKeeper->rowsOf(placeOf(contact), point);
+    }
+    // N, on b, world axes: normal force and friction, as they were given in the last sub-step, of h, if it
+    // keepsForces().
+    Vec3<S> forceOf(std::size_t point, const ContactRows<S>& placed, const ContactFrame<S>& frame, S h) const;
+    // In the piece of a step that is being solved.
+    PointGiven givenBy(const ProblemContact<S>& contact, std::size_t point) const {
+        PointGiven given = pointGiven_.empty() ? PointGiven() : pointGiven_[point];
+        if (rowKeeper != nullptr) {
+            given += rowKeeper->givenBy(placeOf(contact), point);
+        }
+        return given;
+    }
     // Of all bodies, as SolverBody::predict(). A sub-step begins.
     void predict(S h);
     // Collects the rows at the present poses with the lambda of the last solve: all of them, or those of contacts in
@@ -149,19 +193,18 @@ struct Problem {
     void storeLambda(S h);
     void storeCompactLambda(S h);
     bool keepsForces() const { return limits.isFirst || limits.isLast || isDriven; }
-    // The same for who keeps account of contacts itself: of joints and locks; of one contact point (N; friction as
-    // `friction` of ProblemPoint), and what it gave.
+    // The same for who keeps account of contacts itself: of joints and locks; of one contact point (as ProblemPoint).
     void storeJointLambda(S h);
-    void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction, const Vec3<S>& force);
-    void give(std::size_t point, const PointGiven& given) { pointGiven_[point] += given; }
+    void keepForces(std::size_t i, S normalForce, const Vec3<S>& friction);
     // What block k gave in that sub-step beyond lambda along its rows as they are now: they turned while it was solved.
     void giveBeyondRows(std::size_t k, const JointGiven& beyond);
     // Impulses of the piece of a step that is being solved. None yet; what an impact of the present sub-step gave a
-    // contact point, which counts once storeLambda() says that the sub-step is taken; all of them added to those of the
-    // step.
+    // contact point, which counts once storeLambda() says that the sub-step is taken; those of joints, locks and rolls
+    // added to what they gave in the step. (Those of contacts are added up by the world: Gatherer.)
     void beginImpulses() {
         jointGiven_.clear();
         pointGiven_.clear();
+        rowKeeper = nullptr;
     }
     void giveAtImpact(std::size_t point, const PointGiven& given) { impacts_.push_back({point, given}); }
     void handImpulsesOn();
@@ -182,7 +225,7 @@ struct Problem {
     void linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut) const;
     // Appends the rows of one joint at the present poses.
     void linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
-    // Appends the rows of a contact point, as contactRows says they are in this sub-step.
+    // Appends the rows of a contact point, as rowsOf() says they are in this sub-step.
     void writeRows(const ProblemContact<S>& contact, std::size_t point, std::vector<Row<S>>& out,
                    RowBlock<S>& block) const;
     // J M^-1 and J M^-1 J^T of a row that need not be among `rows`.
@@ -230,6 +273,9 @@ struct Problem {
     }
 
 private:
+    std::size_t placeOf(const ProblemContact<S>& contact) const {
+        return static_cast<std::size_t>(&contact - contacts.data());
+    }
     const Pose<S>& poseOf(int body) const { return bodies[static_cast<std::size_t>(body)].pose; }
     // Rows of joints and locks, and the contacts in short.
     void beginRows(bool placesContacts);
@@ -238,6 +284,7 @@ private:
     void linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const;
 
     std::vector<int> contactOfPoint_;
+    std::vector<Vec3<S>> forces_;  // forceOf(), by contact point
     std::vector<JointGiven> jointGiven_;
     std::vector<PointGiven> pointGiven_;
     std::vector<std::pair<std::size_t, PointGiven>> impacts_;  // of the present sub-step, with their points

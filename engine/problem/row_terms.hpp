@@ -67,12 +67,13 @@ S frictionCoefficient(const Problem<S>& problem, const RowBlock<S>& block) {
 }
 
 template <class S>
-S frictionCoefficient(const Problem<S>& problem, const ProblemContact<S>& contact, const ContactRows<S>& point) {
+S frictionCoefficient(const Problem<S>& problem, const ProblemContact<S>& contact, const ContactFrame<S>& frame,
+                      const ContactRows<S>& point) {
     return !contact.hasFriction() ? contact.friction : frictionInForce(contact.friction, contact.staticFriction, [&] {
         const Vec3<S> u = pointSpeed(point, problem.bodies[static_cast<std::size_t>(contact.a)].vBefore,
                                      problem.bodies[static_cast<std::size_t>(contact.b)].vBefore);
-        const S u1 = u.dot(contact.frame.tangent1);
-        const S u2 = u.dot(contact.frame.tangent2);
+        const S u1 = u.dot(frame.tangent1);
+        const S u2 = u.dot(frame.tangent2);
         return u1 * u1 + u2 * u2;
     });
 }
@@ -83,6 +84,21 @@ template <class S>
 bool partsByItself(S C, S u) {
     constexpr S soon = S(0.01);  // s
     return C < S(0) && C + soon * u > S(0);
+}
+
+// Friction of a contact point (`i` of `points`) in this sub-step and, in the first one of a step, the impulses to start
+// from.
+template <class S>
+void startPoint(const Problem<S>& problem, const ProblemContact<S>& contact, const ContactFrame<S>& frame,
+                std::size_t i, S warmStart, S h, ContactRows<S>& point) {
+    point.friction = frictionCoefficient(problem, contact, frame, point);
+    if (problem.limits.isFirst) {
+        const ProblemPoint<S>& last = problem.points[i];
+        const S scale = h * warmStart;
+        point.impulse[0] = std::max(S(0), scale * last.normalForce);
+        point.impulse[1] = contact.hasFriction() ? scale * last.friction.dot(frame.tangent1) : S(0);
+        point.impulse[2] = contact.hasFriction() ? scale * last.friction.dot(frame.tangent2) : S(0);
+    }
 }
 
 // Friction onto its disc (theory 4.19): the two tangential impulses go to the nearest point whose length is at most

@@ -47,7 +47,7 @@ bool isPressed(const Problem<S>& problem) {
         const auto isFixed = [&](int body) { return problem.bodies[static_cast<std::size_t>(body)].fixed; };
         for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
             const S depth = -problem.points[static_cast<std::size_t>(i)].separation;
-            const ContactGeometry<S>& at = problem.geometry[static_cast<std::size_t>(i)];
+            const PointPlaces<S>& at = problem.places[static_cast<std::size_t>(i)];
             if (depth > deep && ((!isFixed(contact.a) && depth > share * at.onA.norm()) ||
                                  (!isFixed(contact.b) && depth > share * at.onB.norm()))) {
                 return true;

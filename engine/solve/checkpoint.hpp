@@ -11,7 +11,9 @@ public:
         : bodies_(problem.bodies),
           contacts_(problem.contacts),
           points_(problem.points),
-          geometry_(problem.geometry),
+          slips_(problem.slips),
+          places_(problem.places),
+          rounds_(problem.rounds),
           rolls_(problem.rolls),
           jointLambda_(problem.jointLambda),
           jointImpulse_(problem.jointImpulse) {}
@@ -19,7 +21,9 @@ public:
         problem.bodies = bodies_;
         problem.contacts = contacts_;
         problem.points = points_;
-        problem.geometry = geometry_;
+        problem.slips = slips_;
+        problem.places = places_;
+        problem.rounds = rounds_;
         problem.rolls = rolls_;
         problem.jointLambda = jointLambda_;
         problem.jointImpulse = jointImpulse_;
@@ -29,7 +33,9 @@ private:
     std::vector<SolverBody<S>> bodies_;
     std::vector<ProblemContact<S>> contacts_;
     std::vector<ProblemPoint<S>> points_;
-    std::vector<ContactGeometry<S>> geometry_;
+    std::vector<Vec3<S>> slips_;
+    std::vector<PointPlaces<S>> places_;
+    std::vector<RoundPlaces<S>> rounds_;
     std::vector<typename Problem<S>::RollLink> rolls_;
     std::vector<S> jointLambda_;
     std::vector<typename Problem<S>::JointGiven> jointImpulse_;

@@ -52,12 +52,15 @@ HWY_INLINE hn::Vec<D> positive(D d, hn::Vec<D> x) {
     return hn::IfThenElseZero(hn::Lt(hn::Zero(d), x), x);
 }
 
-// Of each body the three numbers at `from`, where each has `stride`: 6 or 12.
+// Of each body the three numbers at `from`, where each has `stride`: 6, 12 or 16.
 template <int stride, class D, class S, class Index>
 HWY_INLINE Vector<D> gather(D d, const S* from, const Index* body) {
-    constexpr int shift = stride == 12 ? 3 : 2;
+    constexpr int shift = stride == 6 ? 2 : stride == 12 ? 3 : 4;
     const auto i = hn::Load(hn::RebindToSigned<D>(), body);
-    const auto at = hn::Add(hn::ShiftLeft<shift>(i), hn::ShiftLeft<shift - 1>(i));
+    auto at = hn::ShiftLeft<shift>(i);
+    if constexpr (stride != 16) {
+        at = hn::Add(at, hn::ShiftLeft<shift - 1>(i));
+    }
     return {hn::GatherIndex(d, from, at), hn::GatherIndex(d, from + 1, at), hn::GatherIndex(d, from + 2, at)};
 }
 
@@ -192,12 +195,46 @@ HWY_INLINE void store(D d, const Vector<D>& a, S (&to)[3][width], std::size_t la
     hn::Store(a.z, d, to[2] + lane);
 }
 
+// Both ends of point k of the contacts of a pack from `lane` on, m: in the world's axes, from the centres of mass.
+template <class D>
+struct PointEnds {
+    using S = hn::TFromD<D>;
+    HWY_INLINE PointEnds(D d, const ContactLanesView<S>& view, const ContactPack<S>& pack, std::size_t lane,
+                         std::size_t k, const Placement<D>& a, const Placement<D>& b) {
+        using Index = typename ContactPack<S>::Index;
+        alignas(64) Index at[ContactPack<S>::width];
+        const auto point = [&](std::size_t l) { return static_cast<Index>(k < pack.points[l] ? k : 0); };
+        for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+            at[n] = static_cast<Index>(pack.firstPoint[lane + n]) + point(lane + n);
+        }
+        onA = gather<6>(d, view.places, at);
+        onB = gather<6>(d, view.places + 3, at);
+        const Vector<D> none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        Vector<D> startA = none;
+        Vector<D> startB = none;
+        if (pack.isRound) {
+            alignas(64) S isRound[ContactPack<S>::width];
+            for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+                const Index first = pack.firstRound[lane + n];
+                isRound[n] = static_cast<S>(first < 0 ? 0 : 1);
+                at[n] = first < 0 ? 0 : first + point(lane + n);
+            }
+            const auto mask = hn::Gt(hn::Load(d, isRound), hn::Zero(d));
+            onA = onA - select<D>(mask, gather<16>(d, view.rounds, at), none);
+            onB = onB - select<D>(mask, gather<16>(d, view.rounds + 3, at), none);
+            startA = select<D>(mask, gather<16>(d, view.rounds + 6, at), none);
+            startB = select<D>(mask, gather<16>(d, view.rounds + 9, at), none);
+        }
+        onA = a.turned(onA) + startA;
+        onB = b.turned(onB) + startB;
+    }
+    Vector<D> onA, onB;
+};
+
 template <class S>
 void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
     const hn::CappedTag<S, ContactPack<S>::width> d;
     using D = hn::CappedTag<S, ContactPack<S>::width>;
-    const auto isRule = [&](hn::Vec<D> rule, ArmRule one)
-                            HWY_ATTR { return hn::Eq(rule, hn::Set(d, static_cast<S>(one))); };
     for (std::size_t n = begin; n < end; ++n) {
         ContactPack<S>& pack = view.packs[n];
         const FramePack<S>& frame = view.frames[n];
@@ -210,21 +247,25 @@ void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) 
             store(d, carrier.turned(load(d, frame.tangent1, lane)), pack.tangent1, lane);
             store(d, carrier.turned(load(d, frame.tangent2, lane)), pack.tangent2, lane);
             const Vector<D> apart = b.position - a.position;
+            store(d, apart, pack.apart, lane);
             const Vector<D> none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-            for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
-                const PointGeometryPack<S>& from = view.geometry[k];
-                PointPack<S>& point = view.points[k];
-                const Vector<D> onA = a.turned(load(d, from.onA, lane)) + load(d, from.roundA, lane);
-                const Vector<D> onB = b.turned(load(d, from.onB, lane)) + load(d, from.roundB, lane);
-                const auto rule = hn::Load(d, from.rule + lane);
-                Vector<D> armB = select<D>(isRule(rule, ArmRule::OnA), onA - apart, onB);
-                armB = select<D>(isRule(rule, ArmRule::CentreOfA), none - apart, armB);
-                armB = select<D>(isRule(rule, ArmRule::CentreOfB), none, armB);
-                const auto isEmpty = isRule(rule, ArmRule::NoPoint);
-                store(d, select<D>(isEmpty, none, armB), point.armB, lane);
-                store(d, select<D>(isEmpty, none, apart + armB), point.armA, lane);
-                const auto C = dot<D>(normal, (apart + onB) - onA);
-                hn::Store(hn::IfThenElse(isEmpty, hn::Set(d, std::numeric_limits<S>::infinity()), C), d,
+            const auto rule = hn::Load(d, frame.rule + lane);
+            const auto isRule = [&](ArmRule one) HWY_ATTR { return hn::Eq(rule, hn::Set(d, static_cast<S>(one))); };
+            alignas(64) S counts[ContactPack<S>::width];
+            for (std::size_t l = 0; l < hn::Lanes(d); ++l) {
+                counts[l] = static_cast<S>(pack.points[lane + l]);
+            }
+            const auto count = hn::Load(d, counts);
+            for (std::size_t k = 0; k < pack.count; ++k) {
+                PointPack<S>& point = view.points[pack.firstRow + k];
+                const PointEnds<D> ends(d, view, pack, lane, k, a, b);
+                Vector<D> armB = select<D>(isRule(ArmRule::OnA), ends.onA - apart, ends.onB);
+                armB = select<D>(isRule(ArmRule::CentreOfA), none - apart, armB);
+                armB = select<D>(isRule(ArmRule::CentreOfB), none, armB);
+                store(d, armB, point.armB, lane);
+                const auto C = dot<D>(normal, (apart + ends.onB) - ends.onA);
+                const auto isPoint = hn::Lt(hn::Set(d, static_cast<S>(k)), count);
+                hn::Store(hn::IfThenElse(isPoint, C, hn::Set(d, std::numeric_limits<S>::infinity())), d,
                           point.C + lane);
             }
         }
@@ -240,11 +281,11 @@ void give(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
         for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
             const Frame<D> frame(d, pack, lane);
             for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
-                PointGeometryPack<S>& to = view.geometry[k];
+                GivenPack<S>& to = view.given[k];
                 const Vector<D> p = load(d, view.points[k].impulse, lane);
                 const Vector<D> friction = scaled<D>(p.y, frame.tangent1) + scaled<D>(p.z, frame.tangent2);
-                store(d, load(d, to.given, lane) + (scaled<D>(p.x, frame.normal) + friction), to.given, lane);
-                hn::Store(hn::Add(hn::Load(d, to.givenNormal + lane), p.x), d, to.givenNormal + lane);
+                store(d, load(d, to.impulse, lane) + (scaled<D>(p.x, frame.normal) + friction), to.impulse, lane);
+                hn::Store(hn::Add(hn::Load(d, to.normal + lane), p.x), d, to.normal + lane);
             }
         }
     }
@@ -259,11 +300,12 @@ void beginTerms(const ContactLanesView<S>& view, std::size_t begin, std::size_t 
             const Mass<D> b(d, view.masses, pack.bodyB + lane);
             const Frame<D> frame(d, pack, lane);
             const Vector<D>* const directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
+            const Vector<D> apart = load(d, pack.apart, lane);
             const auto zero = hn::Zero(d);
             const auto warmStart = hn::Set(d, rule.warmStart);
             for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
-                const Vector<D> armA = load(d, point->armA, lane);
                 const Vector<D> armB = load(d, point->armB, lane);
+                const Vector<D> armA = apart + armB;
                 for (int t = 0; t < 3; ++t) {
                     const Vector<D> ra = cross<D>(armA, *directions[t]);
                     const Vector<D> rb = cross<D>(armB, *directions[t]);
@@ -294,9 +336,10 @@ void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, c
             const Twist<D> a(d, before, pack.bodyA + lane);
             const Twist<D> b(d, before, pack.bodyB + lane);
             const Frame<D> frame(d, pack, lane);
+            const Vector<D> apart = load(d, pack.apart, lane);
             for (std::size_t k = 0; k < pack.count; ++k, ++point) {
-                const Vector<D> armA = load(d, point->armA, lane);
                 const Vector<D> armB = load(d, point->armB, lane);
+                const Vector<D> armA = apart + armB;
                 const Vector<D> p = load(d, point->impulse, lane);
                 const Vector<D> impulse = frame.inWorld(p.x, p.y, p.z);
                 alignas(64) S room[ContactPack<S>::width];
@@ -316,10 +359,10 @@ void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, c
 
 // Visits a point of each lane; gives back what it changed beyond `change`.
 template <class D, class S>
-HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, const Frame<D>& frame, Bodies<D>& bodies,
-                                 hn::Vec<D> relaxation, hn::Vec<D> change) {
-    const Vector<D> armA = load(d, point.armA, lane);
+HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, const Frame<D>& frame,
+                                 const Vector<D>& apart, Bodies<D>& bodies, hn::Vec<D> relaxation, hn::Vec<D> change) {
     const Vector<D> armB = load(d, point.armB, lane);
+    const Vector<D> armA = apart + armB;
     const auto delassus1 = hn::Load(d, point.delassus[1] + lane);
     const auto delassus2 = hn::Load(d, point.delassus[2] + lane);
     const auto softness = hn::Load(d, point.softness + lane);
@@ -358,10 +401,11 @@ void sweep(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, 
                     using D = decltype(d);
                     Bodies<D> bodies(d, view, pack, lane);
                     const Frame<D> frame(d, pack, lane);
+                    const Vector<D> apart = load(d, pack.apart, lane);
                     const auto xi = hn::Set(d, relaxation);
                     auto changed = hn::Zero(d);
                     for (std::size_t k = 0; k < pack.count; ++k) {
-                        changed = sweepPoint<D, S>(d, point[k], lane, frame, bodies, xi, changed);
+                        changed = sweepPoint<D, S>(d, point[k], lane, frame, apart, bodies, xi, changed);
                     }
                     bodies.putBack(d, view, pack, lane);
                     alignas(64) S room[ContactPack<S>::width];
@@ -382,11 +426,12 @@ void relax(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, 
             const Twist<D> a(d, view.twists, pack.bodyA + lane);
             const Twist<D> b(d, view.twists, pack.bodyB + lane);
             const Vector<D> normal = load(d, pack.normal, lane);
+            const Vector<D> apart = load(d, pack.apart, lane);
             const auto step = hn::Set(d, h);
             const auto zero = hn::Zero(d);
             for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
-                const Vector<D> armA = load(d, point->armA, lane);
                 const Vector<D> armB = load(d, point->armB, lane);
+                const Vector<D> armA = apart + armB;
                 const auto C = hn::Load(d, point->C + lane);
                 const auto isIdle = hn::And(hn::Lt(zero, C), hn::Eq(hn::Load(d, point->impulse[0] + lane), zero));
                 const auto ahead = hn::Add(C, hn::Mul(step, dot<D>(normal, speed<D>(a, b, armA, armB))));

@@ -21,23 +21,26 @@ struct alignas(64) ContactPack {
     S normal[3][width];
     S tangent1[3][width];
     S tangent2[3][width];
+    S apart[3][width];  // m, world, from the centre of mass of a to that of b
     Index bodyA[width];
     Index bodyB[width];
     std::uint32_t contact[width];     // of Problem::contacts
     std::uint32_t firstPoint[width];  // of Problem::points
+    std::int32_t firstRound[width];   // of Problem::rounds; -1: flat
     std::uint8_t points[width];       // of each; 0: the lane is empty
     std::uint32_t movesA = 0;         // bit k: the body of lane k takes pushes; what does not is shared, and only read
     std::uint32_t movesB = 0;
     std::uint32_t firstRow = 0;  // of the PointPacks, one for each of `count` points
     std::uint32_t count = 0;
+    bool isRound = false;  // not all lanes are flat
 };
 
-// A point of each contact of a pack, as ContactRows. Of lanes without one the arms are 0 and C infinite.
+// A point of each contact of a pack, as ContactRows; the arm on a is `apart` longer. Of lanes without one C is
+// infinite.
 template <class S>
 struct alignas(64) PointPack {
     static constexpr std::size_t width = ContactPack<S>::width;
 
-    S armA[3][width];
     S armB[3][width];
     S C[width];
     S delassus[3][width];
@@ -46,6 +49,9 @@ struct alignas(64) PointPack {
     S bias[width];  // infinite: the point is open, and left alone
     S softness[width];
 };
+
+// Where the forces of a contact act on b: contactArms().
+enum class ArmRule : std::uint8_t { OnB, OnA, CentreOfA, CentreOfB };
 
 // The frames of a pack as ContactGeometry has them for the step, each in axes of its carrier.
 template <class S>
@@ -56,23 +62,16 @@ struct alignas(64) FramePack {
     S tangent1[3][width];
     S tangent2[3][width];
     typename ContactPack<S>::Index carrier[width];  // a body, or the place of the world
+    S rule[width];                                  // an ArmRule
 };
 
-// Where the forces of a point act on b: contactArms().
-enum class ArmRule : std::uint8_t { OnB, OnA, CentreOfA, CentreOfB, NoPoint };
-
-// Points likewise, and what they gave.
+// What points gave since the first sub-step, N s: on b, world axes; and along the normal.
 template <class S>
-struct alignas(64) PointGeometryPack {
+struct alignas(64) GivenPack {
     static constexpr std::size_t width = ContactPack<S>::width;
 
-    S onA[3][width];  // m, less the round part, in the body's axes; and that part, in the world's
-    S roundA[3][width];
-    S onB[3][width];
-    S roundB[3][width];
-    S rule[width];         // an ArmRule
-    S given[3][width];     // N s since the first sub-step, on b, world axes
-    S givenNormal[width];  // along the normal
+    S impulse[3][width];
+    S normal[width];
 };
 
 // What the kernels read and write.
@@ -80,8 +79,13 @@ template <class S>
 struct ContactLanesView {
     ContactPack<S>* packs;
     PointPack<S>* points;
-    FramePack<S>* frames;            // by pack
-    PointGeometryPack<S>* geometry;  // by PointPack
+    const FramePack<S>* frames;  // by pack
+    GivenPack<S>* given;         // by PointPack
+    // Of the problem, m: six a point, on a and on b, each from its centre of mass, in its axes; and sixteen a round
+    // point, the round parts on a and on b likewise, the same in the world's axes at the start of the step, and four
+    // that are not read.
+    const S* places;
+    const S* rounds;
     const S* placements;  // twelve a body: columns of its rotation and position, m; after the last body the world's own
     S* twists;            // six a body
     const S* masses;      // seven a body: 1/kg, and of the inverse inertia in world axes xx, yy, zz, xy, xz, yz

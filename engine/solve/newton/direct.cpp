@@ -518,7 +518,7 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
     std::vector<Row<S>> rows;
     std::vector<RowBlock<S>> blocks;
     std::vector<RowResponse<S>> responses;
-    std::vector<ProblemContact<S>> contacts;
+    std::vector<ContactFrame<S>> frames;
     std::vector<ContactRows<S>> contactRows;
     for (int pass = 0; pass < Tuning::projectionPasses; ++pass) {
         const S worst = worstError(problem);
@@ -535,7 +535,7 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
             rows = problem.rows;
             blocks = problem.blocks;
             responses = problem.responses;
-            contacts = problem.contacts;
+            frames = problem.frames;
             contactRows = problem.contactRows;
         }
         problem.linearize();
@@ -562,7 +562,7 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
         problem.rows = std::move(rows);
         problem.blocks = std::move(blocks);
         problem.responses = std::move(responses);
-        problem.contacts = std::move(contacts);
+        problem.frames = std::move(frames);
         problem.contactRows = std::move(contactRows);
     }
 }

@@ -127,15 +127,15 @@ public:
     // in a sub-step. Not for solvers that start from the last lambda: finding b of theory section 9.5 holds of friction
     // too.
     void takeSlipBack(S share) {
-        forSlips([&](const ProblemPoint<S>& point, std::size_t, std::size_t i) {
-            slipRate_[i] = share * point.slip.dot(problem_.rows[i].b.template head<3>()) / h_;
+        forSlips([&](const Vec3<S>& before, std::size_t, std::size_t i) {
+            slipRate_[i] = share * before.dot(problem_.rows[i].b.template head<3>()) / h_;
         });
         slipShare_ = share;
     }
 
     // After Problem::storeLambda(), with the impulses and velocities that moved the poses.
     void storeSlip(const std::vector<S>& p, const std::vector<Vec6<S>>& v) {
-        forSlips([&](ProblemPoint<S>& point, std::size_t k, std::size_t i) {
+        forSlips([&](Vec3<S>& sum, std::size_t k, std::size_t i) {
             const RowBlock<S>& block = problem_.blocks[k];
             const std::size_t first = static_cast<std::size_t>(block.first);
             if (!(p[first] > S(0))) {
@@ -149,7 +149,7 @@ public:
                 slip +=
                     h_ * rowDot(row, block, [&](int n) -> const Vec6<S>& { return v[static_cast<std::size_t>(n)]; });
             }
-            point.slip += slip * row.b.template head<3>();
+            sum += slip * row.b.template head<3>();
         });
     }
 
@@ -198,12 +198,14 @@ private:
         });
     }
 
-    // visit(point, block, row) for both friction rows of every contact that has them.
+    // visit(slip of the point, block, row) for both friction rows of every contact that has them.
     template <class Visit>
     void forSlips(const Visit& visit) {
+        problem_.slips.resize(problem_.points.size(), Vec3<S>::Zero());
         for (std::size_t k = static_cast<std::size_t>(problem_.jointBlocks); k < problem_.blocks.size(); ++k) {
             for (int t = 1; t < problem_.blocks[k].count; ++t) {
-                visit(problem_.pointOf(k), k, static_cast<std::size_t>(problem_.blocks[k].first + t));
+                visit(problem_.slips[k - static_cast<std::size_t>(problem_.jointBlocks)], k,
+                      static_cast<std::size_t>(problem_.blocks[k].first + t));
             }
         }
     }

@@ -10,9 +10,8 @@ ContactRows<S>* firstPoint(Problem<S>& problem, const ProblemContact<S>& contact
 
 // Of three impulses, along the normal and the tangents.
 template <class S>
-[[gnu::always_inline]] inline Vec3<S> inWorld(const ProblemContact<S>& contact, const S* impulse) {
-    return impulse[0] * contact.frame.normal + impulse[1] * contact.frame.tangent1 +
-           impulse[2] * contact.frame.tangent2;
+[[gnu::always_inline]] inline Vec3<S> inWorld(const ContactFrame<S>& frame, const S* impulse) {
+    return impulse[0] * frame.normal + impulse[1] * frame.tangent1 + impulse[2] * frame.tangent2;
 }
 
 }  // namespace
@@ -76,18 +75,12 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
     rows_.begin(problem, spring, warmStart, h);
     readBodies(problem);
     const bool inLanes = ContactLanes<S>::areFor(problem);
-    problem.forEach(inLanes && !lanes_.hasRows() ? 0 : problem.contacts.size(), [&](std::size_t c) {
-        const ProblemContact<S>& contact = problem.contacts[c];
-        startContact(problem, contact, warmStart, h, firstPoint(problem, contact));
-        if (!inLanes) {
-            beginContact(contact, spring, h, firstPoint(problem, contact));
-        }
-    });
     if (inLanes) {
         static_assert(sizeof(Mass) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
-        lanes_.begin(problem,
-                     {spring.rate, spring.stiffness, spring.maxSpeed, h, problem.limits.isFirst ? S(1) : warmStart},
-                     &masses_.front().inverse);
+        lanes_.begin(problem, {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart}, &masses_.front().inverse);
+    } else {
+        problem.forEach(problem.contacts.size(),
+                        [&](std::size_t c) { beginContact(problem, c, spring, warmStart, h); });
     }
     contactRowCount_ = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {
@@ -96,34 +89,21 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
 }
 
 template <class S>
-void CompactSweeps<S>::startContact(const Problem<S>& problem, const ProblemContact<S>& contact, S warmStart, S h,
-                                    ContactRows<S>* points) const {
-    const ProblemPoint<S>* last = problem.points.data() + contact.firstPoint;
-    for (int k = 0; k < contact.count; ++k, ++last) {
-        ContactRows<S>& point = points[k];
-        point.friction = frictionCoefficient(problem, contact, point);
-        if (!problem.limits.isFirst) {
-            // The tangents turn with the bodies.
-            for (S& impulse : point.impulse) {
-                impulse *= warmStart;
-            }
-            continue;
-        }
-        const S scale = h * warmStart;
-        point.impulse[0] = std::max(S(0), scale * last->normalForce);
-        point.impulse[1] = contact.hasFriction() ? scale * last->friction.dot(contact.frame.tangent1) : S(0);
-        point.impulse[2] = contact.hasFriction() ? scale * last->friction.dot(contact.frame.tangent2) : S(0);
-    }
-}
-
-template <class S>
-void CompactSweeps<S>::beginContact(const ProblemContact<S>& contact, const PushOutSpring<S>& spring, S h,
-                                    ContactRows<S>* points) const {
+void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const PushOutSpring<S>& spring, S warmStart,
+                                    S h) const {
+    const ProblemContact<S>& contact = problem.contacts[c];
+    const ContactFrame<S>& frame = problem.frames[c];
     const Mass& a = masses_[static_cast<std::size_t>(contact.a)];
     const Mass& b = masses_[static_cast<std::size_t>(contact.b)];
-    const Vec3<S>* directions[3] = {&contact.frame.normal, &contact.frame.tangent1, &contact.frame.tangent2};
-    for (int k = 0; k < contact.count; ++k) {
-        ContactRows<S>& point = points[k];
+    const Vec3<S>* directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
+    const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
+    for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
+        ContactRows<S>& point = problem.contactRows[i];
+        // The tangents turn with the bodies; the first sub-step has its own to start from.
+        for (S& impulse : point.impulse) {
+            impulse *= warmStart;
+        }
+        startPoint(problem, contact, frame, i, warmStart, h, point);
         for (int t = 0; t < (contact.hasFriction() ? 3 : 1); ++t) {
             const Vec3<S> ra = point.armA.cross(*directions[t]);
             const Vec3<S> rb = point.armB.cross(*directions[t]);
@@ -151,7 +131,7 @@ void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
         for (int k = 0; k < contact.count; ++k, ++point) {
             point->isIdle = point->C > S(0) && point->impulse[0] == S(0);
             point->softness = S(0);
-            point->bias = std::max(S(0), point->C + h * contact.frame.normal.dot(pointSpeed(*point, va, vb))) / h;
+            point->bias = std::max(S(0), point->C + h * problem.frames[c].normal.dot(pointSpeed(*point, va, vb))) / h;
         }
     });
 }
@@ -179,7 +159,7 @@ S CompactSweeps<S>::pushAll(Problem<S>& problem) {
             Bodies bodies(*this, contact);
             const ContactRows<S>* point = firstPoint(problem, contact);
             for (int k = 0; k < contact.count; ++k, ++point) {
-                const Vec3<S> impulse = inWorld(contact, point->impulse);
+                const Vec3<S> impulse = inWorld(problem.frames[c], point->impulse);
                 sum += impulse.dot(pointSpeed(*point, va, vb)) + point->impulse[0] * point->bias;
                 bodies.push(*point, impulse);
             }
@@ -263,10 +243,11 @@ S CompactSweeps<S>::sweepJoints(const Problem<S>& problem, S relaxation) {
 }
 
 template <class S>
-S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, ContactRows<S>* points, S relaxation) {
-    const Vec3<S> n = contact.frame.normal;
-    const Vec3<S> t1 = contact.frame.tangent1;
-    const Vec3<S> t2 = contact.frame.tangent2;
+S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,
+                                 S relaxation) {
+    const Vec3<S> n = frame.normal;
+    const Vec3<S> t1 = frame.tangent1;
+    const Vec3<S> t2 = frame.tangent2;
     const bool rubs = contact.hasFriction();
     Bodies bodies(*this, contact);
     S change = 0;
@@ -316,7 +297,7 @@ S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
         S sum = 0;
         for (std::size_t c = begin; c < end; ++c) {
             const ProblemContact<S>& contact = problem.contacts[c];
-            sum += sweepContact(contact, firstPoint(problem, contact), relaxation);
+            sum += sweepContact(contact, problem.frames[c], firstPoint(problem, contact), relaxation);
         }
         return sum;
     });
@@ -325,7 +306,7 @@ S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
 template <class S>
 void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& out) const {
     const std::size_t joints = rows_.p.size();
-    out.resize(joints + 3 * problem.contactRows.size());
+    out.resize(joints + 3 * problem.points.size());
     std::copy(rows_.p.begin(), rows_.p.end(), out.begin());
     if (ContactLanes<S>::areFor(problem)) {
         lanes_.copyImpulses(problem, out.data() + joints);
@@ -356,7 +337,7 @@ void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& change) {
                 for (int t = 0; t < 3; ++t) {
                     point->impulse[t] += dp[t];
                 }
-                bodies.push(*point, inWorld(contact, dp));
+                bodies.push(*point, inWorld(problem.frames[c], dp));
             }
             bodies.putBack();
         }

@@ -60,13 +60,11 @@ private:
     // Both bodies of a contact while its points are visited: fetched once, and put back where they may move.
     class Bodies;
 
-    // Friction and the impulses to start from; and the other terms.
-    void startContact(const Problem<S>& problem, const ProblemContact<S>& contact, S warmStart, S h,
-                      ContactRows<S>* points) const;
-    void beginContact(const ProblemContact<S>& contact, const PushOutSpring<S>& spring, S h,
-                      ContactRows<S>* points) const;
+    // Friction, the impulses to start from, and the other terms.
+    void beginContact(Problem<S>& problem, std::size_t c, const PushOutSpring<S>& spring, S warmStart, S h) const;
     S sweepJoints(const Problem<S>& problem, S relaxation);
-    S sweepContact(const ProblemContact<S>& contact, ContactRows<S>* points, S relaxation);
+    S sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,
+                   S relaxation);
     S* twists() { return rows_.v.empty() ? nullptr : rows_.v.front().data(); }
     // Pushes the bodies by the impulses of all rows. Gives p^T (J v + b) for the twists before.
     S pushAll(Problem<S>& problem);

@@ -1,4 +1,6 @@
 #include "engine/solve/velocity/contact_lanes.hpp"
+#include "base/resize.hpp"
+#include "engine/problem/row_terms.hpp"
 
 namespace cairn {
 namespace {
@@ -62,8 +64,10 @@ void ContactLanes<S>::forColours(const Problem<S>& problem, const Visit& visit) 
 template <class S>
 void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* contacts, std::size_t count) {
     Pack& pack = packs_.emplace_back();
-    pack.firstRow = packs_.size() > 1 ? (&pack - 1)->firstRow + (&pack - 1)->count : 0;
-    pack.count = 0;
+    if (packs_.size() > 1) {
+        const Pack& last = packs_[packs_.size() - 2];
+        pack.firstRow = last.firstRow + last.count;
+    }
     for (std::size_t lane = 0; lane < Pack::width; ++lane) {
         const bool isFull = lane < count;
         const ProblemContact<S>& contact = problem.contacts[contacts[isFull ? lane : 0]];
@@ -72,6 +76,11 @@ void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* co
         pack.contact[lane] = contacts[isFull ? lane : 0];
         pack.firstPoint[lane] = static_cast<std::uint32_t>(contact.firstPoint);
         pack.points[lane] = static_cast<std::uint8_t>(isFull ? contact.count : 0);
+        pack.firstRound[lane] = contact.firstRound;
+        pack.isRound = pack.isRound || contact.firstRound >= 0;
+        if (isFull) {
+            laneOf_[contacts[lane]] = static_cast<std::uint32_t>((packs_.size() - 1) * Pack::width + lane);
+        }
         pack.count = std::max<std::uint32_t>(pack.count, pack.points[lane]);
         const auto moves = [&](int body) {
             return isFull && problem.bodies[static_cast<std::size_t>(body)].inverseMass > S(0) ? 1U << lane : 0U;
@@ -84,7 +93,10 @@ void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* co
 template <class S>
 void ContactLanes<S>::layOut(const Problem<S>& problem) {
     packs_.clear();
+    // As many as there are if each colour fills its lanes.
+    packs_.reserve(problem.contacts.size() / Pack::width + problem.contactColours.size());
     ends_.clear();
+    resizeClosely(laneOf_, problem.contacts.size());
     std::size_t begin = 0;
     for (std::size_t k = 0; k < problem.contactColours.size(); ++k) {
         const std::size_t end = problem.contactColours[k];
@@ -108,23 +120,10 @@ void ContactLanes<S>::layOut(const Problem<S>& problem) {
         ends_.push_back(packs_.size());
         begin = end;
     }
-    frames_.resize(packs_.size());
+    resizeClosely(frames_, packs_.size());
     const std::size_t rows = packs_.empty() ? 0 : packs_.back().firstRow + packs_.back().count;
-    points_.resize(rows);
-    geometry_.resize(rows);
-}
-
-template <class S>
-void ContactLanes<S>::fillPoint(const ContactGeometry<S>& from, PointGeometryPack<S>& to, std::size_t lane) const {
-    put(to.onA, lane, Vec3<S>(from.onA - from.roundA));
-    put(to.roundA, lane, from.startRoundA);
-    put(to.onB, lane, Vec3<S>(from.onB - from.roundB));
-    put(to.roundB, lane, from.startRoundB);
-    const ArmRule rule = from.particleB                                   ? ArmRule::CentreOfB
-                         : from.particleA                                 ? ArmRule::CentreOfA
-                         : from.carrier == ContactGeometry<S>::Carrier::B ? ArmRule::OnA
-                                                                          : ArmRule::OnB;
-    to.rule[lane] = static_cast<S>(rule);
+    resizeClosely(points_, rows);
+    resizeClosely(given_, rows);
 }
 
 template <class S>
@@ -133,7 +132,8 @@ void ContactLanes<S>::fill(const Problem<S>& problem, std::size_t n) {
     const Pack& pack = packs_[n];
     FramePack<S>& frame = frames_[n];
     for (std::size_t lane = 0; lane < Pack::width; ++lane) {
-        const ContactGeometry<S>& first = problem.geometry[pack.firstPoint[lane]];
+        const ProblemContact<S>& contact = problem.contacts[pack.contact[lane]];
+        const ContactGeometry<S> first = problem.geometryOf(contact, pack.firstPoint[lane]);
         Vec3<S> tangent1, tangent2;
         completeBasis(first.normal, tangent1, tangent2);
         const bool stands = first.carrier == Carrier::None;
@@ -143,19 +143,18 @@ void ContactLanes<S>::fill(const Problem<S>& problem, std::size_t n) {
         put(frame.tangent2, lane, carried(tangent2));
         frame.carrier[lane] = stands ? static_cast<typename Pack::Index>(problem.bodies.size())
                                      : (first.carrier == Carrier::B ? pack.bodyB : pack.bodyA)[lane];
-        const S friction = problem.contacts[pack.contact[lane]].friction;
+        const ArmRule rule = first.particleB               ? ArmRule::CentreOfB
+                             : first.particleA             ? ArmRule::CentreOfA
+                             : first.carrier == Carrier::B ? ArmRule::OnA
+                                                           : ArmRule::OnB;
+        frame.rule[lane] = static_cast<S>(rule);
         for (std::size_t k = 0; k < pack.count; ++k) {
-            PointGeometryPack<S>& to = geometry_[pack.firstRow + k];
-            if (k < pack.points[lane]) {
-                fillPoint(problem.geometry[pack.firstPoint[lane] + k], to, lane);
-            } else {
-                to.rule[lane] = static_cast<S>(ArmRule::NoPoint);
-            }
-            put<S>(to.given, lane, Vec3<S>::Zero());
-            to.givenNormal[lane] = S(0);
+            GivenPack<S>& given = given_[pack.firstRow + k];
+            put<S>(given.impulse, lane, Vec3<S>::Zero());
+            given.normal[lane] = S(0);
             Row& row = points_[pack.firstRow + k];
             put<S>(row.impulse, lane, Vec3<S>::Zero());
-            row.friction[lane] = friction;
+            row.friction[lane] = contact.friction;
         }
     }
 }
@@ -167,18 +166,13 @@ bool ContactLanes<S>::isLaidOut(const Problem<S>& problem) const {
 }
 
 template <class S>
-bool ContactLanes<S>::asksForRows(const Problem<S>& problem) const {
-    return needsRows_ || problem.keepsForces();
-}
-
-template <class S>
 void ContactLanes<S>::place(Problem<S>& problem) {
+    problem.rowKeeper = this;
     if (!isLaidOut(problem)) {
         layOut(problem);
         laidOut_ = {problem.bodies.size(), problem.contacts.size(), problem.points.size()};
-        needsRows_ = std::any_of(problem.contacts.begin(), problem.contacts.end(), [](const auto& contact) {
-            return contact.restitution > S(0) || contact.friction != contact.staticFriction;
-        });
+        rubsAnew_ = std::any_of(problem.contacts.begin(), problem.contacts.end(),
+                                [](const auto& contact) { return contact.friction != contact.staticFriction; });
         placements_.assign(bodyPlaces * (problem.bodies.size() + 1), S(0));
         Eigen::Map<Mat3<S>>(placements_.data() + bodyPlaces * problem.bodies.size()).setIdentity();
         problem.forEach(packs_.size(), [&](std::size_t n) { fill(problem, n); });
@@ -190,47 +184,88 @@ void ContactLanes<S>::place(Problem<S>& problem) {
         Eigen::Map<Vec3<S>>(placements_.data() + bodyPlaces * i + 9) = placement.position;
     });
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
-        kernels.place(view(nullptr), begin, end);
+        kernels.place(view(problem, nullptr), begin, end);
     });
-    hasRows_ = asksForRows(problem);
-    if (hasRows_) {
-        writeRows(problem);
+}
+
+template <class S>
+ContactFrame<S> ContactLanes<S>::frameAt(const Pack& pack, std::size_t lane) {
+    return {get(pack.normal, lane), get(pack.tangent1, lane), get(pack.tangent2, lane)};
+}
+
+template <class S>
+ContactRows<S> ContactLanes<S>::rowAt(std::size_t row, std::size_t lane, const Vec3<S>& apart) const {
+    const Row& from = points_[row];
+    ContactRows<S> rows;
+    rows.armB = get(from.armB, lane);
+    rows.armA = apart + rows.armB;
+    rows.C = from.C[lane];
+    for (std::size_t t = 0; t < 3; ++t) {
+        rows.delassus[t] = from.delassus[t][lane];
+        rows.impulse[t] = from.impulse[t][lane];
     }
+    rows.friction = from.friction[lane];
+    return rows;
 }
 
 template <class S>
-void ContactLanes<S>::writeRows(Problem<S>& problem) const {
-    problem.contactRows.resize(problem.points.size());
-    forPoints(problem, [&](const Pack& pack, std::size_t lane, std::size_t point, std::size_t row) {
-        if (row == pack.firstRow) {
-            problem.contacts[pack.contact[lane]].frame = {get(pack.normal, lane), get(pack.tangent1, lane),
-                                                          get(pack.tangent2, lane)};
-        }
-        problem.contactRows[point].place(
-            {get(points_[row].armA, lane), get(points_[row].armB, lane), points_[row].C[lane]});
+template <class Visit>
+auto ContactLanes<S>::at(std::size_t contact, std::size_t point, const Visit& visit) const {
+    const Pack& pack = packs_[laneOf_[contact] / Pack::width];
+    const std::size_t lane = laneOf_[contact] % Pack::width;
+    return visit(pack, lane, pack.firstRow + (point - pack.firstPoint[lane]));
+}
+
+template <class S>
+ContactFrame<S> ContactLanes<S>::frameOf(std::size_t contact) const {
+    return frameAt(packs_[laneOf_[contact] / Pack::width], laneOf_[contact] % Pack::width);
+}
+
+template <class S>
+ContactRows<S> ContactLanes<S>::rowsOf(std::size_t contact, std::size_t point) const {
+    return at(contact, point, [&](const Pack& pack, std::size_t lane, std::size_t row) {
+        return rowAt(row, lane, get(pack.apart, lane));
     });
 }
 
 template <class S>
-void ContactLanes<S>::begin(const Problem<S>& problem, const ContactTermRule<S>& rule, const S* masses) {
+void ContactLanes<S>::addToC(std::size_t contact, std::size_t point, S change) {
+    at(contact, point, [&](const Pack&, std::size_t lane, std::size_t row) { points_[row].C[lane] += change; });
+}
+
+template <class S>
+PointGiven<S> ContactLanes<S>::givenBy(std::size_t contact, std::size_t point) const {
+    return at(contact, point, [&](const Pack&, std::size_t lane, std::size_t row) {
+        return PointGiven<S>{get(given_[row].impulse, lane), given_[row].normal[lane]};
+    });
+}
+
+template <class S>
+void ContactLanes<S>::begin(const Problem<S>& problem, ContactTermRule<S> rule, const S* masses) {
     masses_ = masses;
-    if (hasRows_) {
-        forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t point, std::size_t row) {
-            points_[row].friction[lane] = problem.contactRows[point].friction;
+    if (rubsAnew_ || problem.limits.isFirst) {
+        forPoints(problem, [&](const Pack& pack, std::size_t lane, std::size_t point, std::size_t row) {
+            ContactRows<S> rows = rowAt(row, lane, get(pack.apart, lane));
+            startPoint(problem, problem.contacts[pack.contact[lane]], frameAt(pack, lane), point, rule.warmStart,
+                       rule.h, rows);
+            points_[row].friction[lane] = rows.friction;
             for (std::size_t t = 0; t < 3 && problem.limits.isFirst; ++t) {
-                points_[row].impulse[t][lane] = problem.contactRows[point].impulse[t];
+                points_[row].impulse[t][lane] = rows.impulse[t];
             }
         });
     }
+    if (problem.limits.isFirst) {
+        rule.warmStart = S(1);
+    }
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
-        kernels.begin(view(nullptr), begin, end, rule);
+        kernels.begin(view(problem, nullptr), begin, end, rule);
     });
 }
 
 template <class S>
 void ContactLanes<S>::relax(const Problem<S>& problem, S* twists, S h) {
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
-        kernels.relax(view(twists), begin, end, h);
+        kernels.relax(view(problem, twists), begin, end, h);
     });
 }
 
@@ -238,7 +273,7 @@ template <class S>
 S ContactLanes<S>::push(const Problem<S>& problem, S* twists, const S* before, S slope) {
     terms_.resize(problem.points.size());
     forColours(problem, [&](std::size_t begin, std::size_t end) {
-        contactKernels<S>().push(view(twists), begin, end, before, terms_.data());
+        contactKernels<S>().push(view(problem, twists), begin, end, before, terms_.data());
     });
     return problem.sumColours(slope, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
@@ -281,7 +316,7 @@ template <class S>
 S ContactLanes<S>::sweep(const Problem<S>& problem, S* twists, S relaxation, S change) {
     terms_.assign(problem.contacts.size(), S(0));
     forColours(problem, [&](std::size_t begin, std::size_t end) {
-        contactKernels<S>().sweep(view(twists), begin, end, relaxation, terms_.data());
+        contactKernels<S>().sweep(view(problem, twists), begin, end, relaxation, terms_.data());
     });
     return problem.sumColours(change, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
@@ -323,8 +358,9 @@ void ContactLanes<S>::add(const Problem<S>& problem, S* twists, const S* change)
 
 template <class S>
 void ContactLanes<S>::store(Problem<S>& problem, S h) {
-    forPacks(problem,
-             [&](const auto& kernels, std::size_t begin, std::size_t end) { kernels.give(view(nullptr), begin, end); });
+    forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
+        kernels.give(view(problem, nullptr), begin, end);
+    });
     if (!problem.keepsForces()) {
         return;
     }
@@ -333,15 +369,7 @@ void ContactLanes<S>::store(Problem<S>& problem, S h) {
         const Row& from = points_[row];
         const Vec3<S> friction =
             from.impulse[1][lane] * get(pack.tangent1, lane) + from.impulse[2][lane] * get(pack.tangent2, lane);
-        const Vec3<S> impulse = from.impulse[0][lane] * get(pack.normal, lane) + friction;
-        problem.keepForces(point, perTime * from.impulse[0][lane], perTime * friction, perTime * impulse);
-        if (problem.limits.isLast) {
-            problem.give(point, {get(geometry_[row].given, lane), geometry_[row].givenNormal[lane]});
-            // The error of the step is measured with them.
-            for (std::size_t t = 0; t < 3; ++t) {
-                problem.contactRows[point].delassus[t] = from.delassus[t][lane];
-            }
-        }
+        problem.keepForces(point, perTime * from.impulse[0][lane], perTime * friction);
     });
 }
 

@@ -1,21 +1,21 @@
 #pragma once
 // The contacts of an island with colours as packs of lanes (contact_kernels.hpp): laid out once a step, placed anew in
-// each sub-step. Problem::contactRows, forces and impulses are written where they are asked for. The bits are those
-// of the scalar code of CompactSweeps.
+// each sub-step. They keep the rows of the contacts; forces and impulses are written to the problem where they are
+// asked for. The bits are those of the scalar code of CompactSweeps.
 #include "engine/problem/problem.hpp"
 #include "engine/solve/kernels/contact_kernels.hpp"
 
 namespace cairn {
 
 template <class S>
-class ContactLanes {
+class ContactLanes final : public ContactRowKeeper<S> {
 public:
     // Whether the island is worth it.
     static bool areFor(const Problem<S>& problem) { return !problem.contactColours.empty(); }
     // Frames, arms and C where the bodies are now.
     void place(Problem<S>& problem);
-    // In the first sub-step from the impulses of Problem::contactRows. `masses` as ContactLanesView's, which are kept.
-    void begin(const Problem<S>& problem, const ContactTermRule<S>& rule, const S* masses);
+    // `masses` as ContactLanesView's, which are kept.
+    void begin(const Problem<S>& problem, ContactTermRule<S> rule, const S* masses);
     // `twists`: six a body, here and below.
     void relax(const Problem<S>& problem, S* twists, S h);
     // Pushes the bodies by all impulses. Gives slope + p^T (J v + b) for the twists before.
@@ -29,8 +29,10 @@ public:
     void add(const Problem<S>& problem, S* twists, const S* change);
     // Adds the impulses up; forces and what was given go to the problem where they are asked for.
     void store(Problem<S>& problem, S h);
-    // Whether contactRows have been written in this sub-step.
-    bool hasRows() const { return hasRows_; }
+    ContactFrame<S> frameOf(std::size_t contact) const override;
+    ContactRows<S> rowsOf(std::size_t contact, std::size_t point) const override;
+    void addToC(std::size_t contact, std::size_t point, S change) override;
+    PointGiven<S> givenBy(std::size_t contact, std::size_t point) const override;
 
 private:
     using Pack = ContactPack<S>;
@@ -40,13 +42,23 @@ private:
     void layOut(const Problem<S>& problem);
     void addPack(const Problem<S>& problem, const std::uint32_t* contacts, std::size_t count);
     void fill(const Problem<S>& problem, std::size_t pack);
-    void fillPoint(const ContactGeometry<S>& from, PointGeometryPack<S>& to, std::size_t lane) const;
     bool isLaidOut(const Problem<S>& problem) const;
-    // Whether something looks at single contacts in this sub-step.
-    bool asksForRows(const Problem<S>& problem) const;
-    void writeRows(Problem<S>& problem) const;
-    ContactLanesView<S> view(S* twists) {
-        return {packs_.data(), points_.data(), frames_.data(), geometry_.data(), placements_.data(), twists, masses_};
+    // Calls visit(pack, lane, row among points_).
+    template <class Visit>
+    auto at(std::size_t contact, std::size_t point, const Visit& visit) const;
+    static ContactFrame<S> frameAt(const Pack& pack, std::size_t lane);
+    ContactRows<S> rowAt(std::size_t row, std::size_t lane, const Vec3<S>& apart) const;
+    ContactLanesView<S> view(const Problem<S>& problem, S* twists) {
+        static_assert(sizeof(PointPlaces<S>) == 6 * sizeof(S) && sizeof(RoundPlaces<S>) == 16 * sizeof(S));
+        return {packs_.data(),
+                points_.data(),
+                frames_.data(),
+                given_.data(),
+                problem.points.empty() ? nullptr : problem.places.front().onA.data(),
+                problem.rounds.empty() ? nullptr : problem.rounds.front().roundA.data(),
+                placements_.data(),
+                twists,
+                masses_};
     }
     // Calls visit(kernels, begin, end) over all packs.
     template <class Visit>
@@ -62,15 +74,15 @@ private:
     std::vector<Pack> packs_;
     std::vector<Row> points_;
     std::vector<FramePack<S>> frames_;
-    std::vector<PointGeometryPack<S>> geometry_;
+    std::vector<GivenPack<S>> given_;
     std::vector<S> placements_;
     std::vector<std::size_t> ends_;         // of the colours, among packs_
     std::array<std::size_t, 3> laidOut_{};  // bodies, contacts and points of the problem
-    bool hasRows_ = false;
-    bool needsRows_ = false;  // in every sub-step
+    bool rubsAnew_ = false;                 // what sticks has another friction: looked at in every sub-step
     std::vector<std::uint32_t> order_;
-    std::vector<S> terms_;  // by contact or by point: what is summed in the order of the problem
-    std::vector<S> sum_;    // of impulses, three a point
+    std::vector<std::uint32_t> laneOf_;  // by contact, of all lanes of the packs
+    std::vector<S> terms_;               // by contact or by point: what is summed in the order of the problem
+    std::vector<S> sum_;                 // of impulses, three a point
     const S* masses_ = nullptr;
 };
 

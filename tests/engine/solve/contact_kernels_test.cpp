@@ -21,7 +21,19 @@ struct Packs {
     static constexpr std::size_t bodies = 2 * width + 1;
 
     explicit Packs(TestRandom& random)
-        : rows(4 * count), geometry(4 * count), placements(12 * (bodies + 1)), twists(6 * bodies), masses(7 * bodies) {
+        : rows(4 * count),
+          given(4 * count),
+          places(6 * 4 * width * count),
+          rounds(16 * 4 * width * count),
+          placements(12 * (bodies + 1)),
+          twists(6 * bodies),
+          masses(7 * bodies) {
+        for (S& place : places) {
+            place = static_cast<S>(random.uniform(-0.5, 0.5));
+        }
+        for (S& round : rounds) {
+            round = static_cast<S>(random.uniform(-0.1, 0.1));
+        }
         for (S& twist : twists) {
             twist = static_cast<S>(random.uniform(-1, 1));
         }
@@ -35,6 +47,7 @@ struct Packs {
         for (std::size_t n = 0; n < count; ++n) {
             packs[n].firstRow = static_cast<std::uint32_t>(4 * n);
             packs[n].count = 4;
+            packs[n].isRound = n > 0;
             for (std::size_t lane = 0; lane < width; ++lane) {
                 fill(random, n, lane);
             }
@@ -53,6 +66,7 @@ struct Packs {
         pack.contact[lane] = static_cast<std::uint32_t>(width * n + lane);
         pack.firstPoint[lane] = 4 * pack.contact[lane];
         pack.points[lane] = static_cast<std::uint8_t>(isEmpty ? 0 : 4 - lane % 4);
+        pack.firstRound[lane] = pack.isRound && lane % 4 != 2 ? 4 * static_cast<int>(pack.contact[lane]) : -1;
         FramePack<S>& frame = frames[n];
         frame.carrier[lane] = lane % 4 == 3   ? static_cast<typename ContactPack<S>::Index>(bodies)
                               : lane % 4 == 1 ? pack.bodyB[lane]
@@ -63,13 +77,8 @@ struct Packs {
         put(frame.normal, lane, normal);
         put(frame.tangent1, lane, across);
         put(frame.tangent2, lane, along);
+        frame.rule[lane] = static_cast<S>((lane + n) % 4);
         for (std::size_t k = 0; k < 4; ++k) {
-            PointGeometryPack<S>& on = geometry[pack.firstRow + k];
-            put(on.onA, lane, random.vector(0.5));
-            put(on.onB, lane, random.vector(0.5));
-            put(on.roundA, lane, random.vector(0.1));
-            put(on.roundB, lane, random.vector(0.1));
-            on.rule[lane] = static_cast<S>(k < pack.points[lane] ? (lane + k) % 4 : 4);
             PointPack<S>& row = rows[pack.firstRow + k];
             row.friction[lane] = static_cast<S>(random.uniform(0, 0.6));
             if (k < pack.points[lane]) {
@@ -87,8 +96,8 @@ struct Packs {
         std::vector<S> all;
         std::vector<S> work(4 * width * count);
         const std::vector<S> before = twists;
-        const ContactLanesView<S> view{packs.data(),      rows.data(),   frames.data(), geometry.data(),
-                                       placements.data(), twists.data(), masses.data()};
+        const ContactLanesView<S> view{packs.data(),  rows.data(),       frames.data(), given.data(), places.data(),
+                                       rounds.data(), placements.data(), twists.data(), masses.data()};
         kernels.place(view, 0, count);
         kernels.begin(view, 0, count, {S(10), S(20), S(3), S(0.01), S(0.9)});
         kernels.push(view, 0, count, before.data(), work.data());
@@ -109,7 +118,7 @@ struct Packs {
                     const PointPack<S>& row = rows[pack.firstRow + k];
                     all.insert(all.end(),
                                {row.impulse[0][lane], row.impulse[1][lane], row.impulse[2][lane], row.bias[lane],
-                                row.delassus[2][lane], row.armA[0][lane], geometry[pack.firstRow + k].given[2][lane]});
+                                row.delassus[2][lane], row.armB[0][lane], given[pack.firstRow + k].impulse[2][lane]});
                 }
             }
         }
@@ -119,8 +128,8 @@ struct Packs {
     std::array<ContactPack<S>, count> packs{};
     std::array<FramePack<S>, count> frames{};
     std::vector<PointPack<S>> rows;
-    std::vector<PointGeometryPack<S>> geometry;
-    std::vector<S> placements, twists, masses;
+    std::vector<GivenPack<S>> given;
+    std::vector<S> places, rounds, placements, twists, masses;
 };
 
 template <class S>
@@ -174,8 +183,12 @@ HandMadeIsland wall(TestRandom& random, bool sticks) {
         contact.friction = contact.staticFriction = problem.contacts.size() == 7 ? 0 : 0.5;
         contact.staticFriction += sticks && problem.contacts.size() == 9 ? 0.2 : 0;
         pushed.push_back({a == 0 ? -1 : a, b, -1, -1});
+        if (contact.count < 3) {
+            contact.firstRound = static_cast<int>(problem.rounds.size());
+            problem.rounds.resize(problem.rounds.size() + static_cast<std::size_t>(contact.count));
+        }
         for (int k = 0; k < contact.count; ++k) {
-            ContactGeometry<double>& geometry = problem.geometry.emplace_back();
+            ContactGeometry<double> geometry;
             geometry.onA = random.vector(0.5);
             geometry.onB = random.vector(0.5);
             geometry.normal = random.direction();
@@ -183,6 +196,8 @@ HandMadeIsland wall(TestRandom& random, bool sticks) {
             geometry.roundB = contact.count < 3 && b % 2 == 0 ? random.vector(0.2) : Vec3d::Zero();
             geometry.particleA = problem.bodies[static_cast<std::size_t>(a)].particle;
             geometry.particleB = problem.bodies[static_cast<std::size_t>(b)].particle;
+            problem.places.emplace_back();
+            problem.placePoint(contact, k, geometry);
             ProblemPoint<double>& point = problem.points.emplace_back();
             point.normalForce = random.uniform(0, 3);
             point.friction = random.vector(0.5);
@@ -199,7 +214,6 @@ HandMadeIsland wall(TestRandom& random, bool sticks) {
         problem.contacts[k] = given[colouring.order[k]];
     }
     problem.contactColours = colouring.ends;
-    problem.startContacts();
     return island;
 }
 
@@ -235,13 +249,15 @@ std::vector<double> answerOf(Problem<double> problem, double& change) {
     problem.handImpulsesOn();
     for (const ProblemContact<double>& contact : problem.contacts) {
         for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
-            const ContactRows<double>& rows = problem.contactRows[static_cast<std::size_t>(i)];
+            const ContactRows<double> rows = problem.rowsOf(contact, static_cast<std::size_t>(i));
             const ProblemPoint<double>& point = problem.points[static_cast<std::size_t>(i)];
             all.insert(all.end(), rows.delassus, rows.delassus + (contact.hasFriction() ? 3 : 1));
-            all.insert(all.end(), {rows.C, point.normalForce, point.normalImpulse});
+            const PointGiven<double> given = problem.givenBy(contact, static_cast<std::size_t>(i));
+            const Vec3d force = problem.forceOf(static_cast<std::size_t>(i), rows, problem.frameOf(contact), h);
+            all.insert(all.end(), {rows.C, point.normalForce, given.normal});
             all.insert(all.end(), rows.armA.begin(), rows.armA.end());
-            all.insert(all.end(), point.force.begin(), point.force.end());
-            all.insert(all.end(), point.impulse.begin(), point.impulse.end());
+            all.insert(all.end(), force.begin(), force.end());
+            all.insert(all.end(), given.impulse.begin(), given.impulse.end());
         }
     }
     for (const SolverBody<double>& body : problem.bodies) {
