@@ -1,7 +1,6 @@
 #include "engine/problem/problem.hpp"
 #include "base/resize.hpp"
 #include "engine/constraints/axis_lock.hpp"
-#include "engine/model/gyroscopics.hpp"
 
 namespace cairn {
 SolveReport& SolveReport::operator+=(const SolveReport& o) {
@@ -22,28 +21,6 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     forces = std::max(forces, o.forces);
     residualMomentum = std::max(residualMomentum, o.residualMomentum);
     return *this;
-}
-
-template <class S>
-void SolverBody<S>::refreshInertia() {
-    if (particle || (inertiaAt.coeffs() == pose.rotation.coeffs() && stiffening.isZero(S(0)))) {
-        return;
-    }
-    const Mat3<S> R = pose.rotation.toRotationMatrix();
-    inertiaAt = pose.rotation;
-    stiffening.setZero();
-    inertia = R * localInertia * R.transpose();
-    inverseInertia = R * localInverseInertia * R.transpose();
-}
-
-template <class S>
-Pose<S> SolverBody<S>::moved(const Vec6<S>& twist, S h) const {
-    Pose<S> to = pose;
-    to.position += h * twist.template head<3>() + offset.template head<3>();
-    if (!particle) {
-        to.rotation = rotated<S>(pose.rotation, h * twist.template tail<3>() + offset.template tail<3>());
-    }
-    return to;
 }
 
 template <class S>
@@ -81,110 +58,6 @@ void Problem<S>::placePoint(ProblemContact<S>& contact, int k, ContactGeometry<S
     if (contact.firstRound >= 0) {
         rounds[static_cast<std::size_t>(contact.firstRound + k)] = {at.roundA, at.roundB, at.startRoundA,
                                                                     at.startRoundB, at.startCarrier};
-    }
-}
-
-template <class S>
-void SolverBody<S>::predict(S h) {
-    vBefore = v;
-    externalImpulse.setZero();
-    gyroMomentum.setZero();
-    offset.setZero();
-    isJointed = false;
-    flies = false;
-    if (fixed) {
-        return;
-    }
-    if (gyroscopic != GyroscopicRule::None || !stiffening.isZero()) {
-        refreshInertia();
-    }
-    v += forced(h);
-    externalImpulse = applyMass(v - vBefore);
-    startTurn(h);
-}
-
-template <class S>
-Vec6<S> SolverBody<S>::forced(S h) const {
-    if (fixed) {
-        return Vec6<S>::Zero();
-    }
-    Vec6<S> change = h * applyInverseMass(force);
-    const auto damp = [h](S decay, const auto& before, auto&& by) {
-        if (decay > S(0)) {
-            by = std::exp(-decay * h) * (before + by) - before;
-        }
-    };
-    damp(linearDecay, vBefore.template head<3>(), change.template head<3>());
-    damp(angularDecay, vBefore.template tail<3>(), change.template tail<3>());
-    return change;
-}
-
-template <class S>
-void SolverBody<S>::startTurn(S h) {
-    if (gyroscopic == GyroscopicRule::None) {
-        return;
-    }
-    const Mat3<S> R = pose.rotation.toRotationMatrix();
-    const Vec3<S> w = v.template tail<3>();
-    const Vec3<S> local = R.transpose() * w;
-    const Vec3<S> mean = R * freeSpin(gyroscopic, localInertia, local, h).mean;
-    gyroMomentum = inertia * w;
-    if (gyroscopicInertia) {
-        inverseInertia = R * spinResponse(gyroscopic, localInertia, local, h) * R.transpose();
-        inertia = inverseInertia.inverse();
-        holdsInertia = true;
-        inertiaAt.coeffs().setZero();
-    }
-    gyroMomentum -= inertia * mean;
-    v.template tail<3>() = mean;
-}
-
-template <class S>
-void SolverBody<S>::undoTurn() {
-    if (gyroscopic == GyroscopicRule::None) {
-        return;
-    }
-    const Vec3<S> momentum = inertia * v.template tail<3>() + gyroMomentum;
-    gyroMomentum.setZero();
-    holdsInertia = false;
-    refreshInertia();
-    v.template tail<3>() = inverseInertia * momentum;
-}
-
-template <class S>
-void SolverBody<S>::fly(S h) {
-    // Of what forces changed, what a row may have changed beside it.
-    constexpr S share = S(1e-6);
-    const Vec6<S> change = forced(h);
-    const Vec3<S> predicted = vBefore.template head<3>() + inverseMass * externalImpulse.template head<3>();
-    const S unseen =
-        std::max(share * change.template head<3>().norm(), S(8) * Eigen::NumTraits<S>::epsilon() * predicted.norm());
-    flies = !isJointed && (v.template head<3>() - predicted).norm() <= unseen;
-    if (!flies) {
-        return;
-    }
-    offset.template head<3>() -= S(0.5) * h * change.template head<3>();
-    if (gyroscopic == GyroscopicRule::None) {
-        offset.template tail<3>() -= S(0.5) * h * change.template tail<3>();
-    }
-}
-
-template <class S>
-void SolverBody<S>::integrate(S h) {
-    if (!fixed) {
-        fly(h);
-    }
-    const Vec3<S> w = v.template tail<3>();
-    pose = moved(v, h);
-    if (particle || gyroscopic == GyroscopicRule::None) {
-        return;
-    }
-    // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
-    const Vec3<S> momentum = inertia * w - stiffening.cwiseProduct(w) + gyroMomentum;
-    holdsInertia = false;
-    refreshInertia();
-    if (carriesMomentum(gyroscopic)) {
-        v.template tail<3>() = inverseInertia * momentum;
     }
 }
 
@@ -626,8 +499,6 @@ void Problem<S>::storeCompactLambda(S h) {
     });
 }
 
-template struct SolverBody<float>;
-template struct SolverBody<double>;
 template struct Problem<float>;
 template struct Problem<double>;
 

@@ -123,20 +123,20 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         problem_.atStep = problem_.bodies;
     }
     const bool guards = plan.guard != Guard::None;
-    std::optional<Checkpoint<S>> start;
-    if (guards || impactsMayAskForHalvings(problem_)) {
-        start.emplace(problem_);
-    }
+    const bool mayAnew = guards || impactsMayAskForHalvings(problem_);
+    const auto start = mayAnew ? std::optional<Checkpoint<S>>(problem_) : std::nullopt;
     static thread_local Balance<S> balance;
     Course course = begin(dt, plan.substeps << halvings, {}, balance);
+    const auto beginAnew = [&](int more, double work) {
+        start->restore(problem_);
+        halvings += more;
+        solution.halvings += more;
+        course = begin(dt, plan.substeps << halvings, {.work = course.sum.work + work}, balance);
+    };
     while (course.left > 0) {
         SolveReport one = advance(course, maxWork);
         if (start && problem_.halvingsAsked > 0 && halvings < maxHalvings) {
-            const int more = std::min(problem_.halvingsAsked, maxHalvings - halvings);
-            start->restore(problem_);
-            halvings += more;
-            solution.halvings += more;
-            course = begin(dt, plan.substeps << halvings, {.work = course.sum.work + one.work}, balance);
+            beginAnew(std::min(problem_.halvingsAsked, maxHalvings - halvings), one.work);
             continue;
         }
         if (!one.tooLong) {
@@ -159,11 +159,8 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
                 course.take(one);
                 continue;
             }
-            start->restore(problem_);
-            halvings += limits.isCold ? 1 : 0;
-            solution.halvings += limits.isCold ? 1 : 0;
+            beginAnew(limits.isCold ? 1 : 0, one.work);
             limits.isCold = true;
-            course = begin(dt, plan.substeps << halvings, {.work = course.sum.work + one.work}, balance);
             continue;
         }
         SolveReport cost;
