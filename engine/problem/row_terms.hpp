@@ -82,7 +82,7 @@ S frictionCoefficient(const Problem<S>& problem, const ProblemContact<S>& contac
 // weighs. What bounced comes out of a depth so, where the turn of the bodies led it in.
 template <class S>
 bool partsByItself(S C, S u) {
-    constexpr S soon = S(0.01);  // s
+    constexpr S soon = S(0.02);  // s
     return C < S(0) && C + soon * u > S(0);
 }
 

@@ -50,7 +50,10 @@ public:
                     } else if (row.C < S(0)) {
                         // A share of it, or the corners of a box throw it about.
                         const S part = std::min(share, static_cast<S>(contactShare)) * row.C;
-                        keep_[i] = std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(limit, -part)));
+                        keep_[i] =
+                            partsByItself(row.C, problem.rowVelocity(row, block))
+                                ? row.C
+                                : std::max(row.C, std::min(static_cast<S>(-slop), row.C + std::min(limit, -part)));
                     }
                     system.terms[i].bias -= keep_[i] / h;
                 }
