@@ -177,8 +177,9 @@ struct Problem {
     void linearizeCompact(bool placesContacts = true);
     // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it.
     void respond();
-    // Adds SolverBody::offset to C of the contacts, so that C + h J v is where they end.
-    void takeOffsets();
+    // Adds SolverBody::offset, and that of the flight after an impact, to C of the contacts, so that C + h J v is where
+    // they end.
+    void takeOffsets(S h);
     // Takes block k anew at the present poses: C and J of its rows; lambda, bounds and responses stay.
     void relinearize(std::size_t k);
     // C of the rows of joints and locks at the present poses, in the order of `rows`.

@@ -358,7 +358,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     problem.predict(h);
     problem.linearize();
     if (resolveImpacts(problem, settings_, h)) {
-        problem.takeOffsets();
+        problem.takeOffsets(h);
     }
     report.rows = static_cast<int>(problem.rows.size());
     DirectMemory<S>& memory = memoryOf(problem);

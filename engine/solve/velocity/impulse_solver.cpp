@@ -27,7 +27,7 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     problem.predict(h);
     system.linearize(problem);
     if (resolveImpacts(problem, settings_, h)) {
-        problem.takeOffsets();
+        problem.takeOffsets(h);
     }
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
