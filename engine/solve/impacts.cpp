@@ -260,14 +260,17 @@ void bounce(Problem<S>& problem, ImpactGroup<S>& group, S time, S h) {
 // Whether a point that bounces may touch in this sub-step, as far as the mean spins show.
 template <class S>
 bool mayBounce(const Problem<S>& problem, S threshold, S h) {
-    std::vector<Row<S>> rows;
     for (const ProblemContact<S>& contact : problem.contacts) {
-        for (int k = 0; contact.restitution > S(0) && k < contact.count; ++k) {
-            RowBlock<S> block{};
-            rows.clear();
-            problem.writeRows(contact, static_cast<std::size_t>(contact.firstPoint + k), rows, block);
-            const S u = problem.rowVelocity(rows.front(), block);
-            if (u < S(-0.5) * threshold && rows.front().C + h * u <= S(0)) {
+        if (contact.restitution == S(0) || contact.count == 0) {
+            continue;
+        }
+        const Vec3<S> normal = problem.frameOf(contact).normal;
+        const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
+        const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
+        for (int k = 0; k < contact.count; ++k) {
+            const ContactRows<S> row = problem.rowsOf(contact, static_cast<std::size_t>(contact.firstPoint + k));
+            const S u = normal.dot(pointSpeed(row, a.v, b.v));
+            if (u < S(-0.5) * threshold && row.C + h * u <= S(0)) {
                 return true;
             }
         }
@@ -280,24 +283,25 @@ template <class S>
 bool bounceInTurn(Problem<S>& problem, S threshold, S h) {
     bool hits = false;
     std::vector<ImpactGroup<S>> groups = gatherGroups(problem, h);
-    // s, at which each body was last hit: what it hands on comes no earlier.
+    // s, at which each body that moves was last hit: what it hands on comes no earlier.
     std::vector<S> hitAt(problem.bodies.size(), -infinity<S>());
     const int iterations = 20 + static_cast<int>(groups.size());
     bool approaching = true;
     for (int iteration = 0; iteration < iterations && approaching; ++iteration) {
         approaching = false;
         for (ImpactGroup<S>& group : groups) {
-            S& hitA = hitAt[static_cast<std::size_t>(group.a)];
-            S& hitB = hitAt[static_cast<std::size_t>(group.b)];
-            S time = std::max(hitA, hitB);
+            S time = std::max(hitAt[static_cast<std::size_t>(group.a)], hitAt[static_cast<std::size_t>(group.b)]);
             if (!aim(problem, group, threshold, h, time)) {
                 continue;
             }
             approaching = true;
             hits = true;
-            hitA = time;
-            hitB = time;
             bounce(problem, group, time, h);
+            for (const int body : {group.a, group.b}) {
+                if (!problem.bodies[static_cast<std::size_t>(body)].fixed) {
+                    hitAt[static_cast<std::size_t>(body)] = time;
+                }
+            }
         }
     }
     return hits;
