@@ -95,14 +95,15 @@ std::vector<std::string> tuneNotes(const Scene& scene, const TuneResult& result)
     }
     const std::optional<std::size_t> own = tuneOwn(result);
     if (own && !tuneByStep(result)) {
-        // A body in free fall for T is off by g T h / 2 for sub-steps of h, whatever the solver.
+        // A body that joints or locks guide and that falls for T is off by g T h / 2 for sub-steps of h, whatever the
+        // solver.
         const TuneEntry& entry = result.entries[*own];
         const double h = scene.dt / std::max(1, numbersOf(entry.setting.solver).substeps);
         const double fall = scene.world.gravity.norm() * request.horizon * h / 2;
         if (fall > request.error && std::abs(entry.distance - fall) < 0.02 * fall) {
             notes.push_back(
                 "The scene's own setting is " + brief(1e3 * entry.distance) +
-                " mm off because a body falls freely: in steps of " + brief(1e3 * h) +
+                " mm off because a body that is jointed or guided falls freely: in steps of " + brief(1e3 * h) +
                 " ms that is g T h / 2 for any solver, and shorter steps or sub-steps alone take it "
                 "away. To judge contacts and joints, begin when bodies touch (--at), or judge by the steps' own "
                 "errors (--by step).");

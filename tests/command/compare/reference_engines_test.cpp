@@ -49,7 +49,12 @@ TEST_P(EveryEngine, ABoxAtRestStays) {
     EXPECT_TRUE(reference->pose(0).position.isApprox(scene.bodies[0].position));
 }
 
-TEST_P(EveryEngine, FreeFallIsThatOfSymplecticEuler) {
+// How much longer than `seconds` a fall is that takes the new speed for each step: of all engines but Cairn.
+double late(const Scene& scene, const Engine& engine) {
+    return engine.name == "cairn" ? 0 : scene.dt;
+}
+
+TEST_P(EveryEngine, FreeFallIsThatOfItsIntegrator) {
     Scene scene = makeScene("bounce", {{"balls", 1}, {"height", 10}});
     for (BodyDef& body : scene.bodies) {
         body.shapes[0].material.restitution = 0;
@@ -57,8 +62,8 @@ TEST_P(EveryEngine, FreeFallIsThatOfSymplecticEuler) {
     scene.seconds = 1;
     const auto reference = run(scene);
     const double g = 9.81;
-    const double fall = g / 2 * (1 + scene.dt);  // after 1 s in steps that take the new speed
-    // Cairn's ball is met by no sub-step, Bullet counts in float.
+    const double fall = g / 2 * (1 + late(scene, GetParam()));
+    // Bullet counts in float.
     EXPECT_NEAR(scene.bodies[1].position.y() - reference->pose(1).position.y(), fall, 2e-5);
     EXPECT_NEAR(reference->velocity(1).y(), -g, 2e-5);
 }
@@ -131,7 +136,7 @@ TEST_P(EveryEngine, BodiesOffTheirCentreOfMassFallStraight) {
     scene.add({.name = "far", .shapes = {side}, .position = Vec3d(0, 5, 0), .angularVelocity = Vec3d(0, 2, 0)});
     const auto reference = run(scene);
     const Vec3d centre = reference->pose(0) * Vec3d(1, 0, 0);
-    const double fall = 9.81 / 2 * 0.5 * (0.5 + scene.dt);
+    const double fall = 9.81 / 2 * 0.5 * (0.5 + late(scene, GetParam()));
     EXPECT_NEAR((centre - Vec3d(1, 5 - fall, 0)).norm(), 0, 1e-4);
     EXPECT_NEAR((reference->velocity(0) - Vec3d(0, -9.81 * 0.5, 0)).norm(), 0, 1e-4);
     const Vec3d turned = reference->pose(0).rotation * Vec3d::UnitX();

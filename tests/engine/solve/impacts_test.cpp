@@ -101,6 +101,27 @@ TEST(Impacts, WhatRestsDoesNotBounce) {
     });
 }
 
+// Dropped flat it comes back for 20 s as high as it was.
+TEST(Impacts, FlatBoxComesBack) {
+    forEachSolver([](const SolverDef& solver) {
+        Worldd world({.solver = solver, .sleep = {.enabled = false}});
+        addFloor(world, 0, 1);
+        const BodyId body =
+            world.add({.shapes = {withMaterial(box({0.3, 0.2, 0.5}), 0, 1)}, .position = Vec3d(0, 2, 0), .mass = 1});
+        const double start = 2 * standardGravity;
+        double off = 0;
+        double highest = 0;  // m, in the last two seconds
+        for (int i = 0; i < 1200; ++i) {
+            const StepReport& report = world.step(1.0 / 60);
+            const double height = position(world, body).y();
+            off = std::max(off, std::abs((report.kineticEnergy + standardGravity * height) / start - 1));
+            highest = i < 1080 ? 0 : std::max(highest, height);
+        }
+        expectBelow(solverName(solver) + ", energy", off, 5e-14);
+        expectClose(solverName(solver) + ", height", highest, 2, 2e-3);
+    });
+}
+
 // Boxes among boxes and walls that lose nothing: what a minute of hits, some hundreds a second, makes of their energy.
 TEST(Impacts, RoomOfBoxesKeepsItsEnergy) {
     constexpr double half = 3;  // m, of the room
