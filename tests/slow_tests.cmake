@@ -1,7 +1,7 @@
 # The cases that are too slow for `scripts/test.sh --fast`, by test program, as filters of GoogleTest.
 # Written by scripts/slow_tests.py from what they took; all others are fast.
-set(CAIRN_SLOW_assets
-    SceneSchema.WhatItRefusesTheLoaderRefuses)
+set(CAIRN_SLOW_advice
+    Explain.WithoutAFeatureASceneCostsAsOneThatNeverHadIt)
 set(CAIRN_SLOW_collision
     InternalEdges.WhatSlidesIsPushedUpOnly
     Kinds/EveryPair.AgreesWithASearchOverDirections/*
@@ -9,32 +9,39 @@ set(CAIRN_SLOW_collision
     TimeOfImpact.NothingPassesAThinWall)
 set(CAIRN_SLOW_command
     Command.StudyWritesTablesFiguresAndJson
-    Command.TuneKilledGoesOn)
+    Files.AFullDiskLeavesOldFilesAndIsToldByExitCodes
+    Files.ARecordingKeepsWhatWasMadeBeforeAnInterrupt)
 set(CAIRN_SLOW_demos
     ByFcl/Rooms.NothingIsLostOrStuck/*
+    LostMomentum.IsSaid
+    Scenes/NarrowCalls.AreAtMostOneAPairAndStepWhateverTheThreads/*
     Scenes/Rooms.NothingIsLostOrStuck/*
     Scenes/StepTruth.DepthByFclIsNearTheExactOne/*
     Scenes/StepTruth.DepthIsThatOfThePosesAtTheEndOfTheStep/*
-    Scenes/StepTruth.MomentumIsWhatTheImpulsesSay/*)
+    Scenes/StepTruth.MomentumIsWhatTheImpulsesSay/*
+    Scenes/StepTruth.WhatIsAskedForIsKeptOrFlagged/*
+    Sleep.RagdollsSleepWithinSixSecondsHoweverTheyFall)
 set(CAIRN_SLOW_engine
     Agreement.ManyStepsConvergeWithFirstOrder
+    Chains.SwingForLong
     Conservation/*.OfJointedBodiesInFreeFlight
     Continuous.NothingPassesAMesh
     Continuous.NothingPassesAMovingWall
     Continuous.NothingPassesAWall
     Continuous.NothingPassesTiles
+    Crowds.NothingIsLeftOutOfAHeap
     Deformable.ClothRestsOnABall
-    Deformable.GainsNoEnergy
     Deformables/*.TwoWayCouplingKeepsMomentum
     Determinism/*.SameBitsForEveryRunAndThreadCount
     Forecast.SweepsOfTwoHundredScenes
+    Impacts.OfAnyShapeMakeNoEnergy
+    Impacts.RoomOfBoxesKeepsItsEnergy
     Springs.SagAndDecayAsStiffnessAndDampingSay)
 set(CAIRN_SLOW_golden
-    ByFcl/Golden.LooksAsBefore/*
     Scenes/Golden.LooksAsBefore/*)
 set(CAIRN_SLOW_render
     CompareImages.forgivesAFractionOfAPixel
     CompareImages.seesASmallBodyMoveByHalfItsSize)
 set(CAIRN_SLOW_studies
     ConvergenceTest.HeavyEnds
-    Solvers/DivergingChains.RaiseAFlag/*)
+    Solvers/Trials.NothingExplodesAndNothingIsKeptSilent/*)
