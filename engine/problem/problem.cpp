@@ -161,15 +161,7 @@ void Problem<S>::linearize() {
 
 template <class S>
 void Problem<S>::takeOffsets(S h) {
-    // What is hit is expected to fly, unless a joint holds it.
-    const auto offsetOf = [&](int i) -> Vec6<S> {
-        const SolverBody<S>& body = bodies[static_cast<std::size_t>(i)];
-        Vec6<S> offset = body.offset;
-        if (!body.isJointed && !offset.isZero(S(0))) {
-            offset.template head<3>() -= S(0.5) * h * body.forced(h).template head<3>();
-        }
-        return offset;
-    };
+    const auto offsetOf = [&](int i) { return bodies[static_cast<std::size_t>(i)].expectedOffset(h); };
     for (const ProblemContact<S>& contact : contacts) {
         if (contact.count == 0) {
             continue;

@@ -61,6 +61,15 @@ Vec6<S> SolverBody<S>::forced(S h) const {
 }
 
 template <class S>
+Vec6<S> SolverBody<S>::expectedOffset(S h) const {
+    Vec6<S> expected = offset;
+    if (!isJointed && !offset.isZero(S(0))) {
+        expected.template head<3>() -= S(0.5) * h * forced(h).template head<3>();
+    }
+    return expected;
+}
+
+template <class S>
 void SolverBody<S>::startTurn(S h) {
     if (gyroscopic == GyroscopicRule::None) {
         return;
@@ -85,7 +94,7 @@ void SolverBody<S>::undoTurn() {
     if (gyroscopic == GyroscopicRule::None) {
         return;
     }
-    const Vec3<S> momentum = inertia * v.template tail<3>() + gyroMomentum;
+    const Vec3<S> momentum = ownMomentum();
     gyroMomentum.setZero();
     holdsInertia = false;
     refreshInertia();
@@ -115,13 +124,12 @@ void SolverBody<S>::integrate(S h) {
     if (!fixed) {
         fly(h);
     }
-    const Vec3<S> w = v.template tail<3>();
     pose = moved(v, h);
     if (particle || gyroscopic == GyroscopicRule::None) {
         return;
     }
     // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
-    const Vec3<S> momentum = inertia * w - stiffening.cwiseProduct(w) + gyroMomentum;
+    const Vec3<S> momentum = ownMomentum();
     holdsInertia = false;
     refreshInertia();
     if (carriesMomentum(gyroscopic)) {

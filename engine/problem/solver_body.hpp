@@ -48,6 +48,8 @@ struct SolverBody {
     void predict(S h);
     // By how much forces and damping change the twist in h, from vBefore.
     Vec6<S> forced(S h) const;
+    // What its motion will have beside h v: the offset, and what is hit is expected to fly, unless a joint holds it.
+    Vec6<S> expectedOffset(S h) const;
     // The mean of the free spin in place of the spin that forces and impulses at the start of the sub-step leave, and
     // back; nothing where no gyroscopic rule holds.
     void startTurn(S h);
@@ -74,6 +76,11 @@ struct SolverBody {
 private:
     // Where no row held the body, its place is to lie on the parabola of its forces.
     void fly(S h);
+    // N m s, angular, of the body and not of what stiffens it.
+    Vec3<S> ownMomentum() const {
+        const Vec3<S> w = v.template tail<3>();
+        return inertia * w - stiffening.cwiseProduct(w) + gyroMomentum;
+    }
 };
 
 }  // namespace cairn

@@ -18,6 +18,7 @@ struct PointImpact {
     S impulse[3] = {0, 0, 0};
     S delassus = 0;          // of the normal, 1/kg
     S across = 0;            // largestAcross()
+    bool isMet = false;      // it touched by the mean spins, which the rows go by, before anything was hit
     bool isReached = false;  // it touches within the sub-step as its bodies move now
     S later = 0;             // m/s, of its normal speed: what the speed at the impact has not
 };
@@ -32,6 +33,12 @@ struct ImpactGroup {
 template <class S>
 S normalSpeed(const Row<S>& row, const Vec6<S>& va, const Vec6<S>& vb) {
     return row.a.dot(va) + row.b.dot(vb);
+}
+
+// m: C of a point at the end of a sub-step of h.
+template <class S>
+S endOf(const Row<S>& row, const SolverBody<S>& a, const SolverBody<S>& b, S h) {
+    return row.C + h * normalSpeed(row, a.v, b.v) + normalSpeed(row, a.expectedOffset(h), b.expectedOffset(h));
 }
 
 // The impulses that keep the reached points of one manifold from approaching, and no others: p >= 0, w + A p >= 0 and
@@ -135,12 +142,15 @@ S timeOfTouch(S C, S before, S after, bool lags, S h) {
     return root > S(0) ? std::clamp(S(2) * C / (std::sqrt(root) - start), -h, h) : h;
 }
 
-// The points that may bounce, by manifold.
+// The points that may bounce, by manifold, while the bodies have their mean spins. threshold, m/s: slower approaches do
+// not bounce. Empty where none touches fast enough, as far as those spins show.
 template <class S>
-std::vector<ImpactGroup<S>> gatherGroups(const Problem<S>& problem, S h) {
+std::vector<ImpactGroup<S>> gatherGroups(const Problem<S>& problem, S threshold, S h) {
+    constexpr S share = S(0.5);  // of the threshold: the spins themselves may be faster
     std::vector<ImpactGroup<S>> groups;
+    bool mayHit = false;
     for (const ProblemContact<S>& contact : problem.contacts) {
-        if (contact.restitution == S(0)) {
+        if (contact.restitution == S(0) || contact.count == 0) {
             continue;
         }
         ImpactGroup<S> group{{}, contact.a, contact.b, contact.restitution};
@@ -150,28 +160,37 @@ std::vector<ImpactGroup<S>> gatherGroups(const Problem<S>& problem, S h) {
             const Row<S>& row = impact.rows.front();
             const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
             const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
-            const S before = normalSpeed(row, a.vBefore, b.vBefore);
-            const S after = normalSpeed(row, a.v, b.v);
-            const bool lags = a.isJointed || b.isJointed;
-            // A point out of reach in this sub-step can still be thrown into the other body by another impact.
-            impact.time = timeOfTouch(row.C, before, after, lags, h);
-            impact.forced = after - before;
-            impact.lag = lags ? S(0.5) * impact.forced : S(0);
-            impact.delassus = problem.delassus(impact.rows[0], impact.block);
-            impact.across = impact.rows.size() < 3 ? S(0) : largestAcross(problem, impact);
+            impact.isMet = endOf(row, a, b, h) <= S(0);
+            mayHit = mayHit || (impact.isMet && normalSpeed(row, a.v, b.v) < -share * threshold);
             group.points.push_back(std::move(impact));
         }
-        if (!group.points.empty()) {
-            groups.push_back(std::move(group));
-        }
+        groups.push_back(std::move(group));
     }
-    return groups;
+    return mayHit ? groups : std::vector<ImpactGroup<S>>();
+}
+
+// What the points go by, once the bodies have the spins that an impact meets.
+template <class S>
+void fillTerms(const Problem<S>& problem, ImpactGroup<S>& group, S h) {
+    const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(group.a)];
+    const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(group.b)];
+    const bool lags = a.isJointed || b.isJointed;
+    for (PointImpact<S>& impact : group.points) {
+        const Row<S>& row = impact.rows.front();
+        impact.forced = normalSpeed(row, a.forced(h), b.forced(h));
+        const S after = normalSpeed(row, a.v, b.v);
+        // A point out of reach in this sub-step can still be thrown into the other body by another impact.
+        impact.time = timeOfTouch(row.C, after - impact.forced, after, lags, h);
+        impact.lag = lags ? S(0.5) * impact.forced : S(0);
+        impact.delassus = problem.delassus(impact.rows[0], impact.block);
+        impact.across = impact.rows.size() < 3 ? S(0) : largestAcross(problem, impact);
+    }
 }
 
 // Finds which points touch at the next hit, and whether there is one. time, s, from the start of the sub-step: on entry
 // that of the last hit of either body, then of this one. threshold, m/s: slower approaches do not bounce.
 template <class S>
-bool aim(const Problem<S>& problem, ImpactGroup<S>& group, S threshold, S h, S& time) {
+bool aim(const Problem<S>& problem, ImpactGroup<S>& group, S threshold, S h, S& time, bool isFirstHit) {
     // Of h, within which points touch at once: what lands flat does so.
     constexpr S atOnce = S(0.02);
     const S last = time;
@@ -182,12 +201,12 @@ bool aim(const Problem<S>& problem, ImpactGroup<S>& group, S threshold, S h, S& 
         const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(group.a)];
         const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(group.b)];
         const S u = normalSpeed(row, a.v, b.v);
-        const S end = row.C + h * u + normalSpeed(row, a.offset, b.offset);
+        const S end = endOf(row, a, b, h);
         if (last > -infinity<S>() && u < S(0)) {
             point.time = std::clamp(h - end / u, last, h);
         }
         const bool isFast = u - point.forced * (S(1) - point.time / h) < -threshold;
-        point.isReached = end <= S(0) || row.C <= S(0);
+        point.isReached = end <= S(0) || row.C <= S(0) || (isFirstHit && point.isMet);
         point.later = isFast ? -point.lag : S(0);
         std::fill(point.impulse, point.impulse + 3, S(0));
         if (point.isReached && isFast) {
@@ -257,49 +276,30 @@ void bounce(Problem<S>& problem, ImpactGroup<S>& group, S time, S h) {
     }
 }
 
-// Whether a point that bounces may touch in this sub-step, as far as the mean spins show.
-template <class S>
-bool mayBounce(const Problem<S>& problem, S threshold, S h) {
-    for (const ProblemContact<S>& contact : problem.contacts) {
-        if (contact.restitution == S(0) || contact.count == 0) {
-            continue;
-        }
-        const Vec3<S> normal = problem.frameOf(contact).normal;
-        const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
-        const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
-        for (int k = 0; k < contact.count; ++k) {
-            const ContactRows<S> row = problem.rowsOf(contact, static_cast<std::size_t>(contact.firstPoint + k));
-            const S u = normal.dot(pointSpeed(row, a.v, b.v));
-            if (u < S(-0.5) * threshold && row.C + h * u <= S(0)) {
-                return true;
-            }
-        }
-    }
-    return false;
-}
-
 // The manifolds bounce one after the other until none approaches; a chain of n bodies hands an impact on in n visits.
+// hitAt: s, at which each body that moves was last hit: what it hands on comes no earlier.
 template <class S>
-bool bounceInTurn(Problem<S>& problem, S threshold, S h) {
+bool bounceInTurn(Problem<S>& problem, std::vector<ImpactGroup<S>>& groups, std::vector<S>& hitAt, S threshold, S h) {
+    std::vector<std::uint8_t> wasHit(problem.bodies.size(), 0);  // by now
     bool hits = false;
-    std::vector<ImpactGroup<S>> groups = gatherGroups(problem, h);
-    // s, at which each body that moves was last hit: what it hands on comes no earlier.
-    std::vector<S> hitAt(problem.bodies.size(), -infinity<S>());
     const int iterations = 20 + static_cast<int>(groups.size());
     bool approaching = true;
     for (int iteration = 0; iteration < iterations && approaching; ++iteration) {
         approaching = false;
         for (ImpactGroup<S>& group : groups) {
-            S time = std::max(hitAt[static_cast<std::size_t>(group.a)], hitAt[static_cast<std::size_t>(group.b)]);
-            if (!aim(problem, group, threshold, h, time)) {
+            const std::size_t a = static_cast<std::size_t>(group.a);
+            const std::size_t b = static_cast<std::size_t>(group.b);
+            S time = std::max(hitAt[a], hitAt[b]);
+            if (!aim(problem, group, threshold, h, time, wasHit[a] + wasHit[b] == 0)) {
                 continue;
             }
             approaching = true;
             hits = true;
             bounce(problem, group, time, h);
-            for (const int body : {group.a, group.b}) {
-                if (!problem.bodies[static_cast<std::size_t>(body)].fixed) {
-                    hitAt[static_cast<std::size_t>(body)] = time;
+            for (const std::size_t body : {a, b}) {
+                if (!problem.bodies[body].fixed) {
+                    hitAt[body] = time;
+                    wasHit[body] = 1;
                 }
             }
         }
@@ -311,28 +311,37 @@ bool bounceInTurn(Problem<S>& problem, S threshold, S h) {
 
 template <class S>
 bool resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
+    // What a hit leaves of a spin has another mean, by which something else may touch.
+    constexpr int rounds = 8;
     const S threshold = static_cast<S>(settings.restitutionSpeed);
-    if (!mayBounce(problem, threshold, h)) {
-        return false;
-    }
-    // A bounce keeps the energy of the spins that it meets, not of their means over the sub-step.
-    std::vector<SolverBody<S>*> turning;
-    for (SolverBody<S>& body : problem.bodies) {
-        if (body.gyroscopic != GyroscopicRule::None) {
-            turning.push_back(&body);
+    std::vector<S> hitAt;
+    for (int round = 0; round < rounds; ++round) {
+        std::vector<ImpactGroup<S>> groups = gatherGroups(problem, threshold, h);
+        if (groups.empty()) {
+            break;
+        }
+        hitAt.resize(problem.bodies.size(), -infinity<S>());
+        // A bounce keeps the energy of the spins that it meets, not of their means over the sub-step.
+        for (SolverBody<S>& body : problem.bodies) {
             body.undoTurn();
         }
+        for (ImpactGroup<S>& group : groups) {
+            fillTerms(problem, group, h);
+        }
+        const bool hits = bounceInTurn(problem, groups, hitAt, threshold, h);
+        bool respondsAnew = false;
+        for (SolverBody<S>& body : problem.bodies) {
+            body.startTurn(h);
+            respondsAnew = respondsAnew || body.holdsInertia;
+        }
+        if (respondsAnew) {
+            problem.respond();
+        }
+        if (!hits) {
+            break;
+        }
     }
-    const bool hits = bounceInTurn(problem, threshold, h);
-    bool respondsAnew = false;
-    for (SolverBody<S>* body : turning) {
-        body->startTurn(h);
-        respondsAnew = respondsAnew || body->gyroscopicInertia;
-    }
-    if (respondsAnew) {
-        problem.respond();
-    }
-    return hits;
+    return std::any_of(hitAt.begin(), hitAt.end(), [](S time) { return time > -infinity<S>(); });
 }
 
 template <class S>
