@@ -73,7 +73,8 @@ public:
             report(t, impact);
             return true;
         }
-        double floor = wasClose ? std::min(-slack.maxDepth, separation_ - slack.maxDepth) : -slack.maxDepth;
+        constexpr double sinkShare = 1.0 / 3;  // of the slack, for what has some depth already
+        double floor = wasClose ? std::min(-slack.maxDepth, separation_ - sinkShare * slack.maxDepth) : -slack.maxDepth;
         double met = 0;  // where the present closeness began
         if (wasClose) {
             report(t, impact);
@@ -237,7 +238,8 @@ double slackOf(const Shape& first, const Shape& second, double wanted) {
     if (isConvex(first.kind)) {
         inner = std::min(inner, innerRadius(first));
     }
-    return std::min(wanted, 0.25 * inner);
+    constexpr double share = 0.75;  // less than what would come out on the other side
+    return std::min(wanted, share * inner);
 }
 
 bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double limit, Impact& impact,

@@ -22,13 +22,14 @@ struct Motion {
 struct ImpactSettings {
     double gap = 1e-3;  // m, > 0: the distance at which shapes are said to meet, so that contacts find them apart
     // m, >= 0: meetings that get no deeper than this over the motion are left to the contacts, so that what slides on
-    // or over an internal edge does not stop. Held to a quarter of the thinner shape's inner radius.
+    // or over an internal edge does not stop. Held to three quarters of the thinner shape's inner radius.
     double slack = 5e-3;
 };
 
-// The first meeting of two bodies. Shapes that touch at the start count once they are `slack` deeper than they were,
-// and at that time: held where they started, they would never come free. Triangles are one-sided: those whose back the
-// shape's centre sees at the start are passed, as in collide(). Nothing where they do not meet.
+// The first meeting of two bodies. Shapes that touch at the start count once they are deeper than `slack` and a third
+// of it deeper than they were, and at that time: held where they started, they would never come free. Triangles are
+// one-sided: those whose back the shape's centre sees at the start are passed, as in collide(). Nothing where they do
+// not meet.
 std::optional<Impact> timeOfImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
                                    const Motion& motionB, const ImpactSettings& settings = {});
 

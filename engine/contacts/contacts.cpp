@@ -164,6 +164,20 @@ double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
     return gap;
 }
 
+// Of all points, where the bodies are.
+template <class S>
+void placeSeparations(ContactManifold<S>& manifold, const PairSide<S>& a, const PairSide<S>& b) {
+    const Posed frameA = a.frame();
+    const Posed frameB = b.frame();
+    for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.known); ++k) {
+        ContactPointState<S>& point = manifold.points[k];
+        ContactGeometry<S> geometry = contactGeometry(manifold, point, *a.body, *b.body);
+        geometry.startStep(a.pose, b.pose);
+        point.separation = manifold.isOnB && !manifold.isRound ? cornerSeparation(manifold, point, frameA, frameB)
+                                                               : geometry.separation(a.pose, b.pose);
+    }
+}
+
 // m/s, at which a and b can come together along n (from a to b, world), one of them stopped or not.
 template <class S>
 double approach(const PairSide<S>& a, const PairSide<S>& b, const Vec3d& n) {
@@ -297,13 +311,7 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
         if (holds(pair, moved, ahead, speculative, std::min(a.body->kind->radius, b.body->kind->radius))) {
             pair.forgetBefore();
             for (ContactManifold<S>& manifold : pair.manifolds) {
-                for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.known); ++k) {
-                    ContactGeometry<S> geometry = contactGeometry(manifold, manifold.points[k], *a.body, *b.body);
-                    geometry.startStep(a.pose, b.pose);
-                    manifold.points[k].separation = manifold.isOnB && !manifold.isRound
-                                                        ? cornerSeparation(manifold, manifold.points[k], frameA, frameB)
-                                                        : geometry.separation(a.pose, b.pose);
-                }
+                placeSeparations(manifold, a, b);
             }
             return false;
         }
@@ -361,6 +369,46 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
     return true;
 }
 
+template <class S>
+bool PairContacts<S>::knows(const ContactManifold<S>& manifold, const ContactPointState<S>& point) const {
+    return std::any_of(manifolds.begin(), manifolds.end(), [&](const ContactManifold<S>& one) {
+        constexpr double sameWay = 0.99;  // cosine
+        const auto points = one.inForce();
+        return one.shapeA == manifold.shapeA && one.shapeB == manifold.shapeB && one.id == manifold.id &&
+               one.normal.dot(manifold.normal) > sameWay &&
+               std::any_of(points.begin(), points.end(),
+                           [&](const ContactPointState<S>& other) { return other.feature == point.feature; });
+    });
+}
+
+template <class S>
+void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, const PairSide<S>& a, const PairSide<S>& b) {
+    std::array<ContactPointState<S>, 4> points;
+    std::uint8_t count = 0;
+    for (const ContactPointState<S>& point : met.inForce()) {
+        if (!pair.knows(met, point)) {
+            ContactPointState<S>& unloaded = points[count++];
+            unloaded.onA = point.onA;
+            unloaded.onB = point.onB;
+            unloaded.feature = point.feature;
+            unloaded.foundSeparation = point.foundSeparation;
+        }
+    }
+    met.points = points;
+    met.count = count;
+    met.known = count;
+    met.transferred = 0;
+    met.turned.reset();
+    met.slips.reset();
+    met.deeper = S(0);
+    placeSeparations(met, a, b);
+    pair.manifolds.push_back(std::move(met));
+}
+
+template void foreseeManifold(PairContacts<float>&, ContactManifold<float>, const PairSide<float>&,
+                              const PairSide<float>&);
+template void foreseeManifold(PairContacts<double>&, ContactManifold<double>, const PairSide<double>&,
+                              const PairSide<double>&);
 template std::array<int, 2> trianglesOf(const PairContacts<float>&, const ContactManifold<float>&,
                                         const ContactPointState<float>&, const Body<float>&, const Body<float>&);
 template std::array<int, 2> trianglesOf(const PairContacts<double>&, const ContactManifold<double>&,

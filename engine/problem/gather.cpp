@@ -332,14 +332,16 @@ void Gatherer<S>::handBack() {
 }
 
 template <class S>
+PairSide<S> Gatherer<S>::sideOf(std::uint32_t body) {
+    const SolverBody<S>& s = problem_.bodies[static_cast<std::size_t>(placeOf(body))];
+    return {&world_.bodies[body], s.pose, s.v.template head<3>(), s.v.template tail<3>()};
+}
+
+template <class S>
 void Gatherer<S>::detect(const SpeculativeBounds& speculative, NarrowCounts& counts) {
     handContactsBack();
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
-    const auto side = [&](std::uint32_t body) {
-        const std::size_t place = static_cast<std::size_t>(placeOf(body));
-        const SolverBody<S>& s = problem_.bodies[place];
-        return PairSide<S>{&world_.bodies[body], s.pose, s.v.template head<3>(), s.v.template tail<3>()};
-    };
+    const auto side = [&](std::uint32_t body) { return sideOf(body); };
     static thread_local std::vector<GroundPair<S>> ground;
     ground.clear();
     for (const std::uint32_t p : island_.pairs) {
@@ -350,6 +352,35 @@ void Gatherer<S>::detect(const SpeculativeBounds& speculative, NarrowCounts& cou
         addGroundPair(ground, pair, *a.body, *b.body);
     }
     cullInternalEdges<S>(ground, side);
+}
+
+template <class S>
+auto Gatherer<S>::findMet(const std::vector<PairContacts<S>>& atStart) const -> std::vector<Met> {
+    std::vector<Met> met;
+    for (const PairContacts<S>& before : atStart) {
+        const std::uint32_t p = island_.pairs[static_cast<std::size_t>(&before - atStart.data())];
+        const S depth = surprise(world_.bodies[before.pair.a], world_.bodies[before.pair.b]);
+        for (const ContactManifold<S>& manifold : world_.contacts.pairs()[p].manifolds) {
+            const auto points = manifold.inForce();
+            const auto isDeep = [&](const ContactPointState<S>& point) { return point.separation < -depth; };
+            const auto isMet = [&](const ContactPointState<S>& point) {
+                return point.separation < S(0) && !before.knows(manifold, point);
+            };
+            if (std::any_of(points.begin(), points.end(), isDeep) && std::any_of(points.begin(), points.end(), isMet)) {
+                met.push_back({p, manifold});
+            }
+        }
+    }
+    return met;
+}
+
+template <class S>
+void Gatherer<S>::foresee(const std::vector<Met>& met) {
+    const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
+    for (const Met& one : met) {
+        PairContacts<S>& pair = world_.contacts.pairs()[one.pair];
+        foreseeManifold(pair, one.manifold, sideOf(pair.pair.a), sideOf(pair.pair.b));
+    }
 }
 
 template class Gatherer<float>;

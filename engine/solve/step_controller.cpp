@@ -252,6 +252,50 @@ void StepController<S>::calmDown(double over) {
 }
 
 template <class S>
+bool StepController<S>::isStruck(S dt) const {
+    return std::any_of(problem_.contacts.begin(), problem_.contacts.end(), [&](const ProblemContact<S>& contact) {
+        const SolverBody<S>& a = problem_.bodies[static_cast<std::size_t>(contact.a)];
+        const SolverBody<S>& b = problem_.bodies[static_cast<std::size_t>(contact.b)];
+        const S depth = surprise(world_.bodies[a.index], world_.bodies[b.index]);
+        for (int k = 0; k < contact.count; ++k) {
+            const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k);
+            const ContactGeometry<S> at = problem_.geometryOf(contact, i);
+            const Vec3<S> apart = b.v.template head<3>() + b.v.template tail<3>().cross(b.pose.rotation * at.onB) -
+                                  a.v.template head<3>() - a.v.template tail<3>().cross(a.pose.rotation * at.onA);
+            if (problem_.points[i].separation + dt * apart.dot(at.direction(a.pose, b.pose)) < -depth) {
+                return true;
+            }
+        }
+        return false;
+    });
+}
+
+template <class S>
+void StepController<S>::solveUnasked(S dt, Solution& solution, NarrowCounts& narrow) {
+    const int subdivisions = state_.isCalm() ? 1 : request_.subdivisions;
+    if (!isStruck(dt)) {
+        solveSubdivided(dt, subdivisions, solution, narrow);
+        return;
+    }
+    const StepCheckpoint<S> start(world_, island_, problem_, state_);
+    solveSubdivided(dt, subdivisions, solution, narrow);
+    gatherer_.detect(bounds(dt), narrow);
+    const bool isAffordable = 2 * solution.report.work <= maxWork_;
+    const std::vector<typename Gatherer<S>::Met> met = gatherer_.findMet(start.pairs());
+    if (isAffordable && !met.empty()) {
+        const ControllerState learnt = state_;  // of the solver's chances
+        start.restore(world_, island_, problem_, state_);
+        state_ = learnt;
+        gatherer_.foresee(met);
+        gatherer_.gatherContacts();
+        ++solution.solves;
+        solveSubdivided(dt, subdivisions, solution, narrow);
+        return;
+    }
+    gatherer_.gatherContacts();
+}
+
+template <class S>
 Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
     gatherer_.gather();
     if (settles_) {
@@ -262,7 +306,7 @@ Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
     }
     Solution solution;
     if (!isAsked()) {
-        solveSubdivided(dt, state_.isCalm() ? 1 : request_.subdivisions, solution, narrow);
+        solveUnasked(dt, solution, narrow);
         gatherer_.handBack();
         return solution;
     }

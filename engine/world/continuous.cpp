@@ -154,10 +154,10 @@ private:
         }
         const Body<S>& body = bodies_[query.body];
         const Trajectory& own = trajectory(query.body);
-        // What has contacts may get a little deeper in turning; what goes deeper than this may go through.
+        // What has contacts may get deeper in turning, which they answer; what goes deeper than this may go through.
         ImpactSettings settings;
         settings.gap = std::min(settings.gap, 0.5 * body.kind->innerRadius);
-        settings.slack = 0.25 * body.kind->innerRadius;
+        settings.slack = 0.75 * body.kind->innerRadius;
         query.fraction = 2;
         for (const ProxyId other : query.candidates) {
             const Trajectory& theirs = trajectory(other);
