@@ -6,12 +6,27 @@ namespace cairn {
 namespace {
 
 template <class S>
-bool isDeep(const Body<S>& a, const Body<S>& b) {
-    if (!a.isDynamic() || !b.isDynamic()) {
-        return false;
-    }
-    const double reach = deepShare * (a.kind->innerRadius + b.kind->innerRadius);
+bool areWithin(const Body<S>& a, const Body<S>& b, double reach) {
     return static_cast<double>((a.pose.position - b.pose.position).squaredNorm()) < reach * reach;
+}
+
+template <class S>
+bool isDeep(const Body<S>& a, const Body<S>& b) {
+    return areWithin(a, b, deepShare * (a.kind->innerRadius + b.kind->innerRadius));
+}
+
+// About a large body there is room for any number of small ones.
+template <class S>
+bool areAlike(const Body<S>& a, const Body<S>& b) {
+    return std::max(a.kind->radius, b.kind->radius) <= 2 * std::min(a.kind->radius, b.kind->radius);
+}
+
+// Whether a body has more neighbours of its size than there is room for.
+template <class S>
+bool isOverfull(const Body<S>& body, int neighbours) {
+    constexpr double least = 32;  // more than touch a ball among others half or twice as large
+    const double room = 2 * body.kind->radius / body.kind->innerRadius;
+    return neighbours > std::max(least, room * room * room);
 }
 
 }  // namespace
@@ -21,8 +36,8 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
     if (near.size() <= mostDeepNeighbours * mostDeepNeighbours / 2) {
         return 0;
     }
-    static thread_local std::vector<int>
-        count;  // near ones of each body, then deep ones that it keeps; 0 between calls
+    // Neighbours of each body, then those of its deep ones that it keeps; 0 between calls.
+    static thread_local std::vector<int> count;
     count.resize(std::max(count.size(), bodies.slotCount()), 0);
     const auto clear = [&] {
         for (const ProxyPair& pair : near) {
@@ -31,12 +46,18 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
         }
     };
     for (const ProxyPair& pair : near) {
-        ++count[pair.a];
-        ++count[pair.b];
+        const Body<S>& a = bodies[pair.a];
+        const Body<S>& b = bodies[pair.b];
+        if (a.isDynamic() && b.isDynamic() && areAlike(a, b) && areWithin(a, b, a.kind->radius + b.kind->radius)) {
+            ++count[pair.a];
+            ++count[pair.b];
+        }
     }
     const auto isCrowded = [&](const ProxyPair& pair) {
-        return count[pair.a] > mostDeepNeighbours && count[pair.b] > mostDeepNeighbours &&
-               isDeep(bodies[pair.a], bodies[pair.b]);
+        const Body<S>& a = bodies[pair.a];
+        const Body<S>& b = bodies[pair.b];
+        return count[pair.a] > mostDeepNeighbours && count[pair.b] > mostDeepNeighbours && a.isDynamic() &&
+               b.isDynamic() && (isDeep(a, b) || (isOverfull(a, count[pair.a]) && isOverfull(b, count[pair.b])));
     };
     static thread_local std::vector<std::uint32_t> deep;  // places in `near`
     deep.clear();

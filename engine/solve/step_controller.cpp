@@ -253,21 +253,26 @@ void StepController<S>::calmDown(double over) {
 
 template <class S>
 bool StepController<S>::isStruck(S dt) const {
-    return std::any_of(problem_.contacts.begin(), problem_.contacts.end(), [&](const ProblemContact<S>& contact) {
+    // m: of what is as deep in something already it is not the hit that is to be answered.
+    constexpr S tooDeep = S(0.05);
+    bool isStruck = false;
+    for (const ProblemContact<S>& contact : problem_.contacts) {
         const SolverBody<S>& a = problem_.bodies[static_cast<std::size_t>(contact.a)];
         const SolverBody<S>& b = problem_.bodies[static_cast<std::size_t>(contact.b)];
         const S depth = surprise(world_.bodies[a.index], world_.bodies[b.index]);
         for (int k = 0; k < contact.count; ++k) {
             const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k);
+            const S gap = problem_.points[i].separation;
+            if (gap < -tooDeep) {
+                return false;
+            }
             const ContactGeometry<S> at = problem_.geometryOf(contact, i);
             const Vec3<S> apart = b.v.template head<3>() + b.v.template tail<3>().cross(b.pose.rotation * at.onB) -
                                   a.v.template head<3>() - a.v.template tail<3>().cross(a.pose.rotation * at.onA);
-            if (problem_.points[i].separation + dt * apart.dot(at.direction(a.pose, b.pose)) < -depth) {
-                return true;
-            }
+            isStruck = isStruck || gap + dt * apart.dot(at.direction(a.pose, b.pose)) < -depth;
         }
-        return false;
-    });
+    }
+    return isStruck;
 }
 
 template <class S>

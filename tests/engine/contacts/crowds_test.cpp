@@ -35,6 +35,23 @@ TEST(Crowds, BoxesBornInOneSpotComeApart) {
     expectBelow("farthest, m", farthest, 24);
 }
 
+// On their way apart they have no more contacts than at the start: a bound on what a step costs.
+TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
+    constexpr int count = 250;
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    TestRandom random(1);
+    const auto off = [&] { return random.uniform(-0.01, 0.01); };
+    for (int i = 0; i < count; ++i) {
+        world.add({.shapes = {box(Vec3d::Constant(0.5))}, .position = {off(), 3 + off(), off()}});
+    }
+    int most = 0;
+    for (int i = 0; i < 60; ++i) {
+        most = std::max(most, world.step(1.0 / 60).counts.contacts);
+    }
+    expectBelow("contact points a box", static_cast<double>(most) / count, 32);
+}
+
 // What lies in a heap as it should has no deep neighbours at all.
 TEST(Crowds, NothingIsLeftOutOfAHeap) {
     Worldd world;
