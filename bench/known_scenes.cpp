@@ -122,7 +122,7 @@ void junkyard(Filler& world, int layers) {
     }
     const Shape rock = hullOnSphere(spiral(10, 1.5));
     for (int i = 0; i < 441 * layers; ++i) {
-        world.add({.shapes = {rock}, .position = onSquare(i % 441, 441, 4) + Vec3d(0, 25 + 4 * (i / 441), 0)});
+        world.add({.shapes = {rock}, .position = onSquare(i % 441, 441, 4) + Vec3d(0, 27 + 4 * (i / 441), 0)});
     }
     std::vector<Vec3d> top, bottom;
     for (int i = 0; i < 16; ++i) {
