@@ -13,6 +13,7 @@ namespace {
 struct Row {
     Case run;
     Outcome out;
+    bool looked = false;
     double apartMemory = -1;  // bytes of the same bodies without a contact; negative: not measured
     double speedUp = 1;       // over the first number of threads
     bool differs = false;     // from the first number of threads, in any bit of any pose
@@ -54,7 +55,7 @@ std::string label(const Case& c) {
 
 // One row for each number of threads, the best of its `repeats`, taken in turns so that what disturbs the machine for a
 // while disturbs all alike.
-std::vector<Row> measureRows(Case c, const std::vector<int>& threads, int repeats) {
+std::vector<Row> measureRows(Case c, const std::vector<int>& threads, int repeats, int look) {
     std::vector<Row> rows(threads.size());
     for (int repeat = 0; repeat < repeats; ++repeat) {
         for (std::size_t i = 0; i < threads.size(); ++i) {
@@ -75,20 +76,30 @@ std::vector<Row> measureRows(Case c, const std::vector<int>& threads, int repeat
         row.differs = row.out.state != rows[0].out.state;
     }
     if (rows[0].out.contacts > 0 && rows[0].out.joints == 0) {
-        c.threads = threads[0];
-        c.apart = true;
-        c.steps = 2;
-        if (const std::optional<Outcome> apart = measure(c)) {
+        Case still = c;
+        still.threads = threads[0];
+        still.apart = true;
+        still.steps = 2;
+        if (const std::optional<Outcome> apart = measure(still)) {
             rows[0].apartMemory = apart->memory;
+        }
+    }
+    c.look = look;
+    if (const std::optional<Outcome> seen = look > 0 ? measure(c) : std::nullopt) {
+        for (Row& row : rows) {  // the same bits, so the same depths
+            row.looked = true;
+            row.out.depth = seen->depth;
+            row.out.meanDepth = seen->meanDepth;
+            row.out.moved = seen->moved;
         }
     }
     return rows;
 }
 
 void printHead() {
-    std::printf("%-26s %3s %7s %8s %8s %8s %8s %8s %8s %8s %8s %8s %7s %7s %9s %8s %8s %5s %6s\n", "scene", "thr",
-                "bodies", "points", "build s", "first", "mean", "median", "p99", "worst", "late", "least", "KB/body",
-                "B/point", "allocs", "depth mm", "gap mm", "flags", "x");
+    std::printf("%-26s %3s %7s %8s %8s %8s %8s %8s %8s %8s %8s %8s %7s %7s %9s %8s %8s %8s %8s %5s %6s\n", "scene",
+                "thr", "bodies", "points", "build s", "first", "mean", "median", "p99", "worst", "late", "least",
+                "KB/body", "B/point", "allocs", "says mm", "depth mm", "moved mm", "gap mm", "flags", "x");
 }
 
 void print(const Row& row) {
@@ -96,13 +107,15 @@ void print(const Row& row) {
     std::printf("%-26s %3d %7d %8d %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %7.2f", label(row.run).c_str(),
                 row.run.threads, o.bodies, o.contacts, o.build, 1e3 * o.first, 1e3 * o.mean, 1e3 * o.median,
                 1e3 * o.p99, 1e3 * o.worst, 1e3 * o.late, 1e3 * o.least, row.bytesPerBody() / 1024);
-    const auto cell = [](int width, double x) {
-        x < 0 ? std::printf(" %*s", width, "-") : std::printf(" %*.0f", width, x);
+    const auto cell = [](int width, int digits, double x) {
+        x < 0 ? std::printf(" %*s", width, "-") : std::printf(" %*.*f", width, digits, x);
     };
-    cell(7, row.bytesPerPoint());
-    cell(9, o.allocations);
-    std::printf(" %8.3f %8.3f %5d %6.2f%s\n", 1e3 * o.penetration, 1e3 * o.gap, o.flagged, row.speedUp,
-                row.differs ? " other bits" : "");
+    cell(7, 0, row.bytesPerPoint());
+    cell(9, 0, o.allocations);
+    std::printf(" %8.3f", 1e3 * o.penetration);
+    cell(8, 3, row.looked ? 1e3 * o.depth : -1);
+    cell(8, 3, row.looked ? 1e3 * o.moved : -1);
+    std::printf(" %8.3f %5d %6.2f%s\n", 1e3 * o.gap, o.flagged, row.speedUp, row.differs ? " other bits" : "");
     std::fflush(stdout);
 }
 
@@ -132,6 +145,9 @@ void writeJson(std::FILE* file, const Row& row, bool last) {
     number("bytes_per_point", row.bytesPerPoint(), row.apartMemory >= 0);
     number("allocations_per_step", o.allocations, o.allocations >= 0);
     number("max_penetration_mm", 1e3 * o.penetration);
+    number("exact_depth_mm", 1e3 * o.depth, row.looked);
+    number("exact_mean_depth_mm", 1e3 * o.meanDepth, row.looked);
+    number("moved_mm", 1e3 * o.moved, row.looked);
     number("max_joint_gap_mm", 1e3 * o.gap);
     number("flagged_steps", o.flagged);
     std::fprintf(file, "}%s\n", last ? "" : ",");
@@ -142,7 +158,9 @@ Times in ms a step: the first by itself; mean, median, p99 and worst over the ot
 of the last quarter, when things have come to rest. Of one thread the CPU's time, of more (or of a list of them) the clock's.
 KB/body: resident memory that the world took, over all its bodies. B/point: what it took beyond the same bodies apart,
 over the contact points at the end. allocs: calls of malloc and its kin a step of the last quarter, one thread.
-depth: the worst that a step reported. gap: the widest open joint, measured on the poses. flags: steps not ok().
+says: the deepest penetration that a step reported. depth: the deepest overlap of two bodies, from their shapes and poses;
+moved: how far a body is at the end from where it began; both with --look alone, from a run of their own.
+gap: the widest open joint, measured on the poses. flags: steps not ok().
 x: times as fast as the first number of threads.
 )";
 
@@ -157,6 +175,7 @@ int run(int argc, char** argv) {
     std::vector<int> threads = {1};
     int repeats = 1;
     int steps = 0;
+    int look = 0;
     bool floats = false;
     std::string jsonPath;
     app.add_option("scenes", names, "what to run")->capture_default_str();
@@ -168,6 +187,8 @@ int run(int argc, char** argv) {
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app.add_option("--steps", steps, "in place of the scenes' own")->check(CLI::PositiveNumber);
+    app.add_option("--look", look, "runs each once more and looks at depths after so many steps")
+        ->check(CLI::PositiveNumber);
     app.add_flag("--float", floats, "single precision");
     app.add_option("--json", jsonPath, "file to write");
     std::vector<Case> cases;
@@ -186,7 +207,7 @@ int run(int argc, char** argv) {
         c.steps = steps > 0 ? steps : c.steps;
         c.floats = floats;
         c.cpuClock = threads == std::vector<int>{1};
-        const std::vector<Row> rows = measureRows(c, threads, repeats);
+        const std::vector<Row> rows = measureRows(c, threads, repeats, look);
         failed = failed || rows.empty();
         std::for_each(rows.begin(), rows.end(), print);
         all.insert(all.end(), rows.begin(), rows.end());

@@ -1,5 +1,7 @@
 #include "core_measure.hpp"
 
+#include "exact_depth.hpp"
+
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -83,9 +85,13 @@ double residentBytes() {
 template <class S>
 class WorldFiller final : public Filler {
 public:
-    WorldFiller(World<S>& world, bool apart) : world_(world), apart_(apart) {}
+    WorldFiller(World<S>& world, const Case& c) : world_(world), apart_(c.apart), keepsDefs_(c.look > 0) {}
 
     BodyId add(const BodyDef& def) override {
+        if (keepsDefs_) {
+            kept_.push_back({world_.add(def), def});
+            return kept_.back().id;
+        }
         if (!apart_) {
             return world_.add(def);
         }
@@ -107,23 +113,57 @@ public:
         return widest;
     }
 
+    Depths depths() const {
+        std::vector<Placed> placed;
+        for (const Kept& body : kept_) {
+            placed.push_back({body.def.shapes, pose(body.id), body.def.filter, body.def.type == BodyType::Dynamic});
+        }
+        std::vector<std::pair<int, int>> joined;
+        for (const Hook& hook : hooks_) {
+            joined.push_back(std::minmax(place(hook.a), place(hook.b)));
+        }
+        std::sort(joined.begin(), joined.end());
+        return exactDepth(placed, joined);
+    }
+    // m, of the dynamic body that is farthest from where it began.
+    double moved() const {
+        double farthest = 0;
+        for (const Kept& body : kept_) {
+            if (body.def.type == BodyType::Dynamic) {
+                farthest = std::max(farthest, (pose(body.id).position - body.def.position).norm());
+            }
+        }
+        return farthest;
+    }
+
 private:
     struct Hook {
         BodyId a, b;
         Vec3d anchorA, anchorB;  // in each body's frame
     };
 
-    Vec3d inBody(BodyId id, const Vec3d& point) const {
+    struct Kept {
+        BodyId id;
+        BodyDef def;
+    };
+
+    Posed pose(BodyId id) const {
         const auto pose = world_.pose(id);
-        return pose.rotation.template cast<double>().conjugate() * (point - pose.position.template cast<double>());
+        return {pose.position.template cast<double>(), pose.rotation.template cast<double>()};
     }
-    Vec3d inWorld(BodyId id, const Vec3d& point) const {
-        const auto pose = world_.pose(id);
-        return pose.position.template cast<double>() + pose.rotation.template cast<double>() * point;
+    Vec3d inBody(BodyId id, const Vec3d& point) const {
+        return pose(id).rotation.conjugate() * (point - pose(id).position);
+    }
+    Vec3d inWorld(BodyId id, const Vec3d& point) const { return pose(id).position + pose(id).rotation * point; }
+    // In kept_, whose ids rise.
+    int place(BodyId id) const {
+        const auto at = std::partition_point(kept_.begin(), kept_.end(), [&](const Kept& k) { return k.id < id; });
+        return static_cast<int>(at - kept_.begin());
     }
 
     World<S>& world_;
-    bool apart_;
+    bool apart_, keepsDefs_;
+    std::vector<Kept> kept_;
     std::vector<Hook> hooks_;
 };
 
@@ -162,10 +202,11 @@ Outcome run(const Case& c) {
     }
     double start = now(c.cpuClock);
     World<S> world(def);
-    WorldFiller<S> filler(world, c.apart);
+    WorldFiller<S> filler(world, c);
     c.scene->fill(filler, c.count);
     out.build = now(c.cpuClock) - start;
     const int lateSteps = std::max(c.steps / 4, 1);
+    int looks = 0;
     for (int i = 0; i < c.steps; ++i) {
         counting = c.threads == 1 && i >= c.steps - lateSteps;  // threads would queue up at the counter
         start = now(c.cpuClock);
@@ -177,7 +218,15 @@ Outcome run(const Case& c) {
         out.flagged += !report.ok();
         out.contacts = report.counts.contacts;
         out.joints = report.counts.joints;
+        if (c.look > 0 && (i % c.look == c.look - 1 || i == c.steps - 1)) {
+            const Depths depths = filler.depths();
+            out.depth = std::max(out.depth, depths.worst);
+            out.meanDepth += depths.mean;
+            ++looks;
+        }
     }
+    out.moved = filler.moved();
+    out.meanDepth /= std::max(looks, 1);
     out.memory = residentBytes() - memoryBefore;
     out.allocations = c.threads == 1 ? static_cast<double>(allocations) / lateSteps : -1;
     summarise(times, out);

@@ -14,6 +14,9 @@ struct Case {
     bool floats = false;
     int threads = 1;
     bool cpuClock = true;
+    // Looks at depth and displacement after every so many steps, by exact_depth.hpp; 0: never. It keeps the shapes, so
+    // that memory is no longer the world's alone, and cools the caches.
+    int look = 0;
     bool apart = false;  // the same bodies where none touches another: what they take then is not the contacts'
 };
 
@@ -25,6 +28,8 @@ struct Outcome {
     double memory;            // bytes that the world made resident
     double allocations;       // a step of the last quarter; one thread only
     double penetration, gap;  // m, worst of the run: as reported; as the poses have it
+    double depth, meanDepth;  // m, where looked at: worst of the run; mean over pairs that overlap and over looks
+    double moved;             // m, where looked at: of a dynamic body from where it began, at the end
     std::uint64_t state;      // of all poses at the end: equal for equal bits
 };
 

@@ -1,26 +1,10 @@
 #include "core_scenes.hpp"
 
-#include <cmath>
+#include "known_scenes.hpp"
+#include "scene_kit.hpp"
 
 namespace cairn::bench {
 namespace {
-
-class Random {  // the same numbers with every compiler and library
-public:
-    double uniform(double low, double high) {
-        state_ = state_ * 6364136223846793005ull + 1442695040888963407ull;
-        return low + (high - low) * static_cast<double>(state_ >> 11) * 0x1p-53;
-    }
-
-private:
-    std::uint64_t state_ = 1;
-};
-
-// Place i of n on a square grid about the origin, on the plane y = 0.
-Vec3d onSquare(int i, int n, double pitch) {
-    const int side = static_cast<int>(std::ceil(std::sqrt(n)));
-    return pitch * Vec3d(i % side - 0.5 * (side - 1), 0, i / side - 0.5 * (side - 1));
-}
 
 void addBoxes(Filler& world, int n, bool awake) {
     world.addFloor();
@@ -72,48 +56,6 @@ void pile(Filler& world, int n) {
         world.add({.shapes = {shape},
                    .position = onSquare(i % 100, 100, 1.2) + shift,
                    .rotation = Quatd(Eigen::AngleAxisd(turn.norm(), turn.normalized()))});
-    }
-}
-
-// Heights and half widths in m, of a doll that stands on y = 0.
-struct Limb {
-    int parent;    // place in the table; -1: none
-    double joint;  // height of its ball joint to the parent
-    double x, low, high, halfWidth, halfDepth;
-    double share;  // of the doll's 75 kg
-};
-
-constexpr Limb limbs[] = {
-    {-1, 0.00, 0, 0.93, 1.05, 0.15, 0.09, 0.112},        // pelvis
-    {0, 1.05, 0, 1.05, 1.22, 0.14, 0.09, 0.163},         // belly
-    {1, 1.22, 0, 1.22, 1.49, 0.16, 0.10, 0.160},         // chest
-    {2, 1.49, 0, 1.49, 1.75, 0.08, 0.09, 0.069},         // head
-    {2, 1.43, -0.226, 1.11, 1.43, 0.045, 0.045, 0.027},  // right arm
-    {4, 1.11, -0.226, 0.85, 1.11, 0.038, 0.038, 0.016},  //
-    {5, 0.85, -0.226, 0.66, 0.85, 0.020, 0.042, 0.006},  //
-    {0, 0.93, -0.087, 0.50, 0.93, 0.075, 0.075, 0.142},  // right leg
-    {7, 0.50, -0.087, 0.07, 0.50, 0.055, 0.055, 0.043},  //
-    {8, 0.07, -0.087, 0.00, 0.07, 0.045, 0.133, 0.014},  //
-    {2, 1.43, 0.226, 1.11, 1.43, 0.045, 0.045, 0.027},   // left arm
-    {10, 1.11, 0.226, 0.85, 1.11, 0.038, 0.038, 0.016},  //
-    {11, 0.85, 0.226, 0.66, 0.85, 0.020, 0.042, 0.006},  //
-    {0, 0.93, 0.087, 0.50, 0.93, 0.075, 0.075, 0.142},   // left leg
-    {13, 0.50, 0.087, 0.07, 0.50, 0.055, 0.055, 0.043},  //
-    {14, 0.07, 0.087, 0.00, 0.07, 0.045, 0.133, 0.014},  //
-};
-
-void addDoll(Filler& world, const Vec3d& middle, const Quatd& rotation) {
-    std::vector<BodyId> ids;
-    for (const Limb& limb : limbs) {
-        const auto at = [&](double height) -> Vec3d { return middle + rotation * Vec3d(limb.x, height - 0.9, 0); };
-        ids.push_back(world.add({.shapes = {box({limb.halfWidth, 0.5 * (limb.high - limb.low), limb.halfDepth})},
-                                 .position = at(0.5 * (limb.low + limb.high)),
-                                 .rotation = rotation,
-                                 .mass = 75 * limb.share}));
-        if (limb.parent >= 0) {
-            world.add(
-                BallDef{.a = ids[static_cast<std::size_t>(limb.parent)], .b = ids.back(), .anchor = at(limb.joint)});
-        }
     }
 }
 
@@ -174,6 +116,13 @@ constexpr Scene sceneTable[] = {
     {"pile", pile, 2000, 240, false, "boxes, balls and capsules let go into a bin"},
     {"dolls", dolls, 8, 180, false, "ragdolls dropped on stairs"},
     {"net", net, 6, 180, false, "knots a side, hung by two corners and let go flat"},
+    {"joint_grid", jointGrid, 100, 120, false, "balls a side, tied into a sheet that hangs by its upper edge"},
+    {"pyramids", pyramids, 196, 100, false, "pyramids of ten rows"},
+    {"convex_pile", convexPile, 5120, 240, false, "hulls of 32 points in a tall block that falls apart"},
+    {"junkyard", junkyard, 24, 420, false,
+     "layers of rocks that fall into a yard, and a post that is driven round in it"},
+    {"washer", washer, 20, 300, false, "small boxes a side of a block in a drum that turns"},
+    {"rain", rain, 100, 180, false, "ragdolls that fall on a field of meshes"},
     {"statics", statics, 100000, 120, true, "static boxes far apart and one falling ball"},
     {"sleepers", sleepers, 100000, 120, true, "sleeping boxes on the floor and one falling ball"},
     {"build", grid, 100000, 4, false, "boxes as in grid: time to build, and a few steps"},
