@@ -62,6 +62,29 @@ public:
         offset_ = offset;
     }
 
+    // Whether one direction shows, by four supports instead of a search, that they come nowhere near on their way; or,
+    // where only a meeting is asked for, get no deeper than the slack.
+    bool staysApart(const Slack& slack, bool asksMeetingOnly) {
+        if (isPlane_) {
+            return false;
+        }
+        const double least = asksMeetingOnly && slack.maxDepth > 0 ? -slack.maxDepth : slack.gap + slack.tolerance;
+        place(0);
+        normal_ = faceBetween();
+        const Vec3d fixed = rotationA_ * normal_;
+        // What turns goes beyond the line between start and end by this at most: a chord's sagitta.
+        const double bend =
+            0.125 * (armA_ * motionA_.turn.squaredNorm() + armB_ * motionB_.turn.squaredNorm()) + slack.tolerance;
+        bool isApart = along() - bend > least;
+        if (isApart) {
+            place(1);
+            normal_ = rotationA_.transpose() * fixed;
+            isApart = along() - bend > least;
+        }
+        normal_.setZero();
+        return isApart;
+    }
+
     // The first fraction below `limit` at which they meet; false: none. Appends to `passed` when they were close only.
     bool run(const Slack& slack, double limit, Impact& impact, std::vector<Closeness>& passed) {
         double t = 0;
@@ -153,6 +176,26 @@ private:
         b_.position = aFromB.position;
     }
 
+    // Of a box the face that the other's centre is farthest outside of, else the line between their centres; from A to
+    // B, in A's shape frame.
+    Vec3d faceBetween() const {
+        const Vec3d centre = centreOf(b_);
+        const auto face = [](const Vec3d& other, const Vec3d& half) {
+            int k = 0;
+            const double outside = (other.cwiseAbs() - half).maxCoeff(&k);
+            return std::pair<double, Vec3d>(outside, std::copysign(1.0, other[k]) * Vec3d::Unit(k));
+        };
+        const auto none = std::pair<double, Vec3d>(-infinity, Vec3d::Zero());
+        const auto ofA = a_.kind == ShapeKind::Box ? face(centre, a_.size) : none;
+        const auto ofB =
+            b_.kind == ShapeKind::Box ? face(b_.rotation.transpose() * (centreOf(a_) - b_.position), b_.size) : none;
+        if (ofA.first == -infinity && ofB.first == -infinity) {
+            const Vec3d line = centre - centreOf(a_);
+            return line.squaredNorm() > 0 ? Vec3d(line.normalized()) : Vec3d(Vec3d::UnitX());
+        }
+        return ofA.first >= ofB.first ? ofA.second : Vec3d(-(b_.rotation * ofB.second));
+    }
+
     // The direction that parts the shapes most where they are now, and by how much.
     void look() {
         if (isPlane_) {
@@ -228,6 +271,7 @@ struct Sides {
     const Motion& firstMotion;
     const Shape& second;
     const Motion& secondMotion;
+    bool isAlone;  // each the only shape of its body: nothing else asks when they were close
 };
 
 double slackOf(const Shape& first, const Shape& second, double wanted) {
@@ -328,7 +372,7 @@ bool impactOf(const Sides& s, const ImpactSettings& settings, double tolerance, 
     }
     Pair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose, makeConvex(s.first), makeConvex(s.second),
               armOf(s.first, s.firstMotion.centre), armB);
-    return pair.run(slack, limit, impact, passed);
+    return !pair.staysApart(slack, s.isAlone) && pair.run(slack, limit, impact, passed);
 }
 
 std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
@@ -337,13 +381,15 @@ std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motion
     std::optional<Impact> best;
     std::vector<Closeness> passed;
     double limit = std::nextafter(1.0, 2.0);  // a meeting at the very end counts
+    const bool isAlone = a.size() == 1 && b.size() == 1;
     for (std::uint32_t i = 0; i < a.size(); ++i) {
         for (std::uint32_t j = 0; j < b.size(); ++j) {
             const bool swapped = !isConvex(b[j].kind);
             if (swapped && !isConvex(a[i].kind)) {
                 continue;
             }
-            const Sides sides = swapped ? Sides{b[j], motionB, a[i], motionA} : Sides{a[i], motionA, b[j], motionB};
+            const Sides sides =
+                swapped ? Sides{b[j], motionB, a[i], motionA, isAlone} : Sides{a[i], motionA, b[j], motionB, isAlone};
             Impact impact;
             const std::size_t first = passed.size();
             const bool met = impactOf(sides, settings, tolerance, backFaces, limit, impact, passed);
