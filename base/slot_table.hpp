@@ -2,6 +2,7 @@
 #include <cairn/id.hpp>
 
 #include "base/check.hpp"
+#include "base/index_set.hpp"
 
 #include <utility>
 #include <vector>
@@ -28,6 +29,7 @@ public:
             slots_[index].used = true;
         }
         ++count_;
+        living_.insert(index);
         return {index, slots_[index].generation};
     }
 
@@ -42,6 +44,7 @@ public:
         slot.used = false;
         ++slot.generation;
         free_.push_back(id.index);
+        living_.erase(id.index);
         --count_;
     }
 
@@ -49,6 +52,14 @@ public:
     IdType idAt(std::size_t index) const { return {static_cast<std::uint32_t>(index), slots_[index].generation}; }
     T& operator[](std::size_t index) { return slots_[index].value; }
     const T& operator[](std::size_t index) const { return slots_[index].value; }
+
+    // Every element in use by its index, rising; what was removed takes no time. `visit` must not add or remove.
+    template <class Visit>
+    void forEach(Visit visit) const {
+        for (std::size_t i = living_.find(0).index; i != IndexSet::none; i = living_.find(i + 1).index) {
+            visit(i);
+        }
+    }
 
     std::size_t slotCount() const { return slots_.size(); }  // upper bound of the indices in use
     std::size_t count() const { return count_; }             // elements in use
@@ -62,6 +73,7 @@ private:
     std::uint32_t firstGeneration_;
     std::vector<Slot> slots_;
     std::vector<std::uint32_t> free_;
+    IndexSet living_;
     std::size_t count_ = 0;
 };
 

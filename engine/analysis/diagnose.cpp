@@ -58,11 +58,11 @@ public:
                        "gravity too, by 100.",
                        g, g / 9.81));
         }
-        for (std::uint32_t i = 0; i < bodies_.slotCount(); ++i) {
-            if (bodies_.used(i) && bodies_[i].isDynamic()) {
-                lookAtBody(i);
+        bodies_.forEach([&](std::size_t i) {
+            if (bodies_[i].isDynamic()) {
+                lookAtBody(static_cast<std::uint32_t>(i));
             }
-        }
+        });
     }
 
     void lookAtIsland(Problem<S>& problem, const IslandForecast& forecast) {

@@ -191,15 +191,15 @@ private:
             }
             return i;
         };
-        for (std::size_t j = 0; j < joints_.slotCount(); ++j) {
-            for (int k = 1; joints_.used(j) && k < joints_[j].bodyCount(); ++k) {
+        joints_.forEach([&](std::size_t j) {
+            for (int k = 1; k < joints_[j].bodyCount(); ++k) {
                 const ProxyId a = joints_[j].body(0).index;
                 const ProxyId b = joints_[j].body(k).index;
                 if (bodies_[a].isDynamic() && bodies_[b].isDynamic()) {
                     group_[std::max(root(a), root(b))] = std::min(root(a), root(b));
                 }
             }
-        }
+        });
         for (ProxyId i = 0; i < group_.size(); ++i) {
             group_[i] = root(i);
         }

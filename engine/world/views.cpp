@@ -116,10 +116,8 @@ template <class S>
 std::vector<JointView> World<S>::jointViews() const {
     std::vector<JointView> views;
     const double dt = impl_->report.dt;
-    for (std::size_t j = 0; j < impl_->joints.slotCount(); ++j) {
-        if (!impl_->joints.used(j)) {
-            continue;
-        }
+    views.reserve(impl_->joints.count());
+    impl_->joints.forEach([&](std::size_t j) {
         const Joint<S>& joint = impl_->joints[j];
         const Pose<S>& a = impl_->bodies[joint.a.index].pose;
         const Pose<S>& b = impl_->bodies[joint.b.index].pose;
@@ -154,7 +152,7 @@ std::vector<JointView> World<S>::jointViews() const {
         view.impulse = view.impulses[1];
         view.force = meanForce(view.impulse, dt);
         view.torque = meanForce(view.angularImpulse, dt);
-    }
+    });
     return views;
 }
 

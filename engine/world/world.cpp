@@ -257,21 +257,15 @@ const WorldDef& World<S>::worldDef() const {
 template <class S>
 std::vector<BodyId> World<S>::bodies() const {
     std::vector<BodyId> ids;
-    for (std::size_t i = 0; i < impl_->bodies.slotCount(); ++i) {
-        if (impl_->bodies.used(i)) {
-            ids.push_back(impl_->bodies.idAt(i));
-        }
-    }
+    ids.reserve(impl_->bodies.count());
+    impl_->bodies.forEach([&](std::size_t i) { ids.push_back(impl_->bodies.idAt(i)); });
     return ids;
 }
 template <class S>
 std::vector<JointId> World<S>::joints() const {
     std::vector<JointId> ids;
-    for (std::size_t i = 0; i < impl_->joints.slotCount(); ++i) {
-        if (impl_->joints.used(i)) {
-            ids.push_back(impl_->joints.idAt(i));
-        }
-    }
+    ids.reserve(impl_->joints.count());
+    impl_->joints.forEach([&](std::size_t i) { ids.push_back(impl_->joints.idAt(i)); });
     return ids;
 }
 

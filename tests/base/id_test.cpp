@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 namespace cairn {
 namespace {
 
@@ -58,6 +60,68 @@ TEST(SlotTable, removalLetsTheValueGo) {
     EXPECT_EQ(value.use_count(), 2);
     things.remove(id);
     EXPECT_EQ(value.use_count(), 1);
+}
+
+// What is left of 100,000 is found in a few looks each, in rising order.
+TEST(IndexSet, WalksOverWhatIsLeft) {
+    IndexSet set;
+    EXPECT_EQ(set.find(0).index, IndexSet::none);
+    const std::size_t most = 100000;
+    for (std::size_t i = 0; i < most; ++i) {
+        set.insert(i);
+    }
+    std::size_t next = 0;
+    int words = 0;
+    for (IndexSet::Found found = set.find(0); found.index != IndexSet::none; found = set.find(found.index + 1)) {
+        EXPECT_EQ(found.index, next++);
+        words += found.words;
+    }
+    EXPECT_EQ(next, most);
+    EXPECT_LT(words, static_cast<int>(most + most / 16)) << "a full set is walked bit by bit";
+    const std::set<std::size_t> left = {0, 63, 64, 4095, 4096, 5000, 70001, most - 1};
+    for (std::size_t i = 0; i < most; ++i) {
+        if (!left.contains(i)) {
+            set.erase(i);
+        }
+    }
+    auto expected = left.begin();
+    for (IndexSet::Found found = set.find(0); found.index != IndexSet::none; found = set.find(found.index + 1)) {
+        ASSERT_NE(expected, left.end());
+        EXPECT_EQ(found.index, *expected++);
+        EXPECT_LE(found.words, 5) << "up and down three levels";
+    }
+    EXPECT_EQ(expected, left.end());
+    for (const std::size_t i : left) {
+        set.erase(i);
+    }
+    EXPECT_EQ(set.find(0).index, IndexSet::none);
+    EXPECT_LE(set.find(0).words, 3);
+}
+
+TEST(IndexSet, GrowsAboveWordsThatAreEmptyAgain) {
+    IndexSet set;
+    set.insert(5);
+    set.erase(5);
+    set.insert(9000);
+    EXPECT_EQ(set.find(0).index, 9000u);
+    EXPECT_EQ(set.find(9001).index, IndexSet::none);
+}
+
+TEST(SlotTable, ForEachMeetsWhatIsInUse) {
+    Things things;
+    std::vector<ThingId> ids;
+    for (int i = 0; i < 300; ++i) {
+        ids.push_back(things.add(std::to_string(i)));
+    }
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        if (i % 70 != 3) {
+            things.remove(ids[i]);
+        }
+    }
+    const ThingId again = things.add("again");
+    std::vector<std::size_t> met;
+    things.forEach([&](std::size_t i) { met.push_back(i); });
+    EXPECT_EQ(met, (std::vector<std::size_t>{3, 73, 143, 213, 283, again.index}));
 }
 
 TEST(SlotTableDeathTest, removingTwiceEndsTheProgram) {

@@ -1,4 +1,5 @@
 // Every constraint's rows against central differences of its C, and against the conservation of momentum.
+#include "base/function_ref.hpp"
 #include "engine/constraints/axis_lock.hpp"
 #include "engine/constraints/contact.hpp"
 #include "engine/constraints/joint.hpp"
@@ -23,8 +24,8 @@ Posed moved(const Posed& pose, const Vec3d& translation, const Vec3d& turn) {
 }
 
 // Central differences of C(a, b) with respect to translation k (0..2) or rotation k - 3 of one of the two poses.
-template <class Errors>
-std::vector<double> difference(const Errors& errors, const Posed& a, const Posed& b, bool ofB, int k) {
+std::vector<double> difference(FunctionRef<std::vector<double>(const Posed&, const Posed&)> errors, const Posed& a,
+                               const Posed& b, bool ofB, int k) {
     const double step = 1e-6;
     const auto at = [&](double h) {
         const Vec3d translation = k < 3 ? Vec3d(h * Vec3d::Unit(k)) : Vec3d(Vec3d::Zero());
@@ -40,16 +41,20 @@ std::vector<double> difference(const Errors& errors, const Posed& a, const Posed
     return slope;
 }
 
-// `linearize(poseA, poseB, rows)` is called with poses in S, and with poses in double for the differences.
-template <class S, class Linearize>
-void compareWithDifferences(const Linearize& linearize, const Posed& poseA, const Posed& poseB, double scale) {
+template <class S>
+using Linearize = FunctionRef<void(const Pose<S>&, const Pose<S>&, std::vector<Row<S>>&)>;
+
+// `exactly` is the same in double, for the differences.
+template <class S>
+void compareWithDifferences(Linearize<S> linearize, Linearize<double> exactly, const Posed& poseA, const Posed& poseB,
+                            double scale) {
     const Pose<S> a = poseA.cast<S>();
     const Pose<S> b = poseB.cast<S>();
     std::vector<Row<S>> rows;
     linearize(a, b, rows);
     const auto errors = [&](const Posed& x, const Posed& y) {
         std::vector<Row<double>> at;
-        linearize(x, y, at);
+        exactly(x, y, at);
         std::vector<double> C;
         for (const Row<double>& row : at) {
             C.push_back(row.C);
@@ -145,6 +150,56 @@ BodyId addLooseParticle(BodyTable<S>& bodies, const Vec3d& position) {
 }
 
 // A joint between particles: rows against differences in every coordinate, no net force, no net torque.
+template <class S>
+void expectParticleRows(const Joint<S>& joint, const std::array<Vec3d, 4>& moved) {
+    Joint<double> exact;
+    exact.def = joint.def;
+    exact.c = joint.c;
+    exact.d = joint.d;
+    exact.frames.rest = static_cast<double>(joint.frames.rest);
+    exact.frames.particles = joint.frames.particles;
+    const auto linearize = [&]<class T>(const Joint<T>& of, const std::array<Vec3d, 4>& x, RowBlock<T>& block) {
+        std::array<Pose<T>, 4> poses;
+        std::vector<Row<T>> rows;
+        for (std::size_t k = 0; k < 4; ++k) {
+            poses[k].position = x[k].cast<T>();
+        }
+        const bool four = of.bodyCount() == 4;
+        block.c = four ? 2 : -1;
+        block.d = four ? 3 : -1;
+        of.linearize({&poses[0], &poses[1], four ? &poses[2] : nullptr, four ? &poses[3] : nullptr}, rows, block);
+        EXPECT_TRUE(block.particles);
+        return rows;
+    };
+    RowBlock<S> block;
+    const std::vector<Row<S>> rows = linearize(joint, moved, block);
+    ASSERT_FALSE(rows.empty());
+    const double tol = 20 * tolerance<S>();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        Vec3d force = Vec3d::Zero();
+        Vec3d torque = Vec3d::Zero();
+        for (int k = 0; k < block.bodyCount(); ++k) {
+            const Vec3d g = bodyGradient(rows[i], block, k).template head<3>().template cast<double>();
+            force += g;
+            torque += moved[static_cast<std::size_t>(k)].cross(g);
+            for (int j = 0; j < 3; ++j) {
+                const double step = 1e-6;
+                const auto at = [&](double h) {
+                    std::array<Vec3d, 4> x = moved;
+                    x[static_cast<std::size_t>(k)](j) += h;
+                    RowBlock<double> any;
+                    return linearize(exact, x, any)[i].C;
+                };
+                EXPECT_NEAR(g(j), (at(step) - at(-step)) / (2 * step), tol) << "row " << i << ", particle " << k;
+            }
+        }
+        RowBlock<double> any;
+        EXPECT_NEAR(static_cast<double>(rows[i].C), linearize(exact, moved, any)[i].C, tol);
+        EXPECT_LE(force.norm(), tol);
+        EXPECT_LE(torque.norm(), tol);
+    }
+}
+
 template <class S, class Def>
 void checkParticleJoint(double away) {
     SCOPED_TRACE(std::string(Def::typeName) + ", away by " + std::to_string(away));
@@ -178,53 +233,29 @@ void checkParticleJoint(double away) {
             }
         }
         const Joint<S> joint = makeJoint(JointDef(def), bodies);
-        Joint<double> exact;
-        exact.def = joint.def;
-        exact.c = joint.c;
-        exact.d = joint.d;
-        exact.frames.rest = static_cast<double>(joint.frames.rest);
-        exact.frames.particles = joint.frames.particles;
-        const auto linearize = [&]<class T>(const Joint<T>& of, const std::array<Vec3d, 4>& x, RowBlock<T>& block) {
-            std::array<Pose<T>, 4> poses;
-            std::vector<Row<T>> rows;
-            for (std::size_t k = 0; k < 4; ++k) {
-                poses[k].position = x[k].cast<T>();
-            }
-            const bool four = of.bodyCount() == 4;
-            block.c = four ? 2 : -1;
-            block.d = four ? 3 : -1;
-            of.linearize({&poses[0], &poses[1], four ? &poses[2] : nullptr, four ? &poses[3] : nullptr}, rows, block);
-            EXPECT_TRUE(block.particles);
-            return rows;
-        };
-        RowBlock<S> block;
-        const std::vector<Row<S>> rows = linearize(joint, moved, block);
-        ASSERT_FALSE(rows.empty());
-        const double tol = 20 * tolerance<S>();
-        for (std::size_t i = 0; i < rows.size(); ++i) {
-            Vec3d force = Vec3d::Zero();
-            Vec3d torque = Vec3d::Zero();
-            for (int k = 0; k < block.bodyCount(); ++k) {
-                const Vec3d g = bodyGradient(rows[i], block, k).template head<3>().template cast<double>();
-                force += g;
-                torque += moved[static_cast<std::size_t>(k)].cross(g);
-                for (int j = 0; j < 3; ++j) {
-                    const double step = 1e-6;
-                    const auto at = [&](double h) {
-                        std::array<Vec3d, 4> x = moved;
-                        x[static_cast<std::size_t>(k)](j) += h;
-                        RowBlock<double> any;
-                        return linearize(exact, x, any)[i].C;
-                    };
-                    EXPECT_NEAR(g(j), (at(step) - at(-step)) / (2 * step), tol) << "row " << i << ", particle " << k;
-                }
-            }
-            RowBlock<double> any;
-            EXPECT_NEAR(static_cast<double>(rows[i].C), linearize(exact, moved, any)[i].C, tol);
-            EXPECT_LE(force.norm(), tol);
-            EXPECT_LE(torque.norm(), tol);
-        }
+        expectParticleRows(joint, moved);
     }
+}
+
+template <class S>
+void expectJointRows(const Joint<S>& joint, const Posed& a, const Posed& b) {
+    Joint<double> exact;
+    exact.def = joint.def;
+    exact.frames = {joint.frames.a.template cast<double>(), joint.frames.b.template cast<double>(),
+                    static_cast<double>(joint.frames.rest)};
+    const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
+        RowBlock<T> block;
+        if constexpr (std::is_same_v<T, S>) {
+            joint.linearize(x, y, rows, block);
+        } else {
+            exact.linearize(x, y, rows, block);
+        }
+        EXPECT_EQ(static_cast<std::size_t>(block.count), rows.size());
+    };
+    compareWithDifferences<S>(linearize, linearize, a, b, 10);
+    std::vector<Row<S>> rows;
+    linearize(a.cast<S>(), b.cast<S>(), rows);
+    expectInternal(rows, a, b, 10);
 }
 
 template <class S, class Def>
@@ -242,25 +273,9 @@ void checkJoint(double away) {
         def.a = addLooseBody(bodies, a);
         def.b = addLooseBody(bodies, b);
         const Joint<S> joint = makeJoint(JointDef(def), bodies);
-        Joint<double> exact;
-        exact.def = joint.def;
-        exact.frames = {joint.frames.a.template cast<double>(), joint.frames.b.template cast<double>(),
-                        static_cast<double>(joint.frames.rest)};
-        const auto linearize = [&]<class T>(const Pose<T>& x, const Pose<T>& y, std::vector<Row<T>>& rows) {
-            RowBlock<T> block;
-            if constexpr (std::is_same_v<T, S>) {
-                joint.linearize(x, y, rows, block);
-            } else {
-                exact.linearize(x, y, rows, block);
-            }
-            EXPECT_EQ(static_cast<std::size_t>(block.count), rows.size());
-        };
         // The relative rotation stays under 2 rad, far from the cut of the logarithm at pi.
         const Posed bMoved = moved(b, away * random.vector(1), away * 2 * random.uniform(0.2, 1) * random.direction());
-        compareWithDifferences<S>(linearize, a, bMoved, 10);
-        std::vector<Row<S>> rows;
-        linearize(a.cast<S>(), bMoved.cast<S>(), rows);
-        expectInternal(rows, a, bMoved, 10);
+        expectJointRows(joint, a, bMoved);
     }
 }
 
@@ -404,7 +419,7 @@ TYPED_TEST(Jacobians, OfContacts) {
                 linearizeContact(exact, x, y, true, writer);
             }
         };
-        compareWithDifferences<S>(linearize, a, b, 20);
+        compareWithDifferences<S>(linearize, linearize, a, b, 20);
         std::vector<Row<S>> rows;
         linearize(a.cast<S>(), b.cast<S>(), rows);
         ASSERT_EQ(rows.size(), 3U);
@@ -456,7 +471,7 @@ TYPED_TEST(Jacobians, OfContactsOfParticles) {
                 linearizeContact(exact, x, y, true, writer);
             }
         };
-        compareWithDifferences<S>(linearize, a, b, 20);
+        compareWithDifferences<S>(linearize, linearize, a, b, 20);
         std::vector<Row<S>> rows;
         linearize(a.cast<S>(), b.cast<S>(), rows);
         expectInternal(rows, a, b, 20);
@@ -483,7 +498,7 @@ TYPED_TEST(Jacobians, OfAxisLocks) {
                 row.a.setZero();
             }
         };
-        compareWithDifferences<S>(linearize, Posed(), body, 10);
+        compareWithDifferences<S>(linearize, linearize, Posed(), body, 10);
     }
 }
 

@@ -1,17 +1,13 @@
 // The parts that solvers are made of, each against an independent computation.
 #include "engine/constraints/contact.hpp"
 #include "engine/solve/newton/newton.hpp"
+#include "tests/engine/dense.hpp"
 #include "tests/engine/engine_kit.hpp"
-
-#include <Eigen/Cholesky>
 
 #include <set>
 
 namespace cairn {
 namespace {
-
-using Dense = Eigen::MatrixXd;
-using DenseVector = Eigen::VectorXd;
 
 template <class S>
 class SolverParts : public testing::Test {};
@@ -82,7 +78,7 @@ TYPED_TEST(SolverParts, BlockCholeskyAgreesWithDense) {
                 right.segment<6>(6 * i) = part.template cast<double>();
             }
             factor.solve(x);
-            const DenseVector expected = H.llt().solve(right);
+            const DenseVector expected = solveLdlt(H, right);
             for (int i = 0; i < nodes; ++i) {
                 const Vec6<double> mine = x[static_cast<std::size_t>(i)].template cast<double>();
                 worst = std::max(worst, (mine - expected.segment<6>(6 * i)).norm() / expected.norm());
@@ -183,7 +179,8 @@ std::vector<Vec6<double>> denseReference(const Problem<double>& problem, const s
         }
     }
     const Dense A = J * inverseMass * J.transpose();
-    const DenseVector free = J * v + Eigen::Map<const DenseVector>(bias.data(), rows);
+    const DenseVector given = Eigen::Map<const Eigen::VectorXd>(bias.data(), rows);
+    const DenseVector free = J * v + given;
     DenseVector p = DenseVector::Zero(rows);
     for (int sweep = 0; sweep < 200000; ++sweep) {
         double change = 0;
@@ -192,8 +189,8 @@ std::vector<Vec6<double>> denseReference(const Problem<double>& problem, const s
             p(i) = std::max(0.0, p(i) - (free(i) + A.row(i).dot(p)) / A(i, i));
             // One step width for both tangents, so that the direction of sliding is not bent.
             const double width = std::max(A(i + 1, i + 1), A(i + 2, i + 2));
-            Eigen::Vector2d t =
-                p.segment<2>(i + 1) - (free.segment<2>(i + 1) + A.middleRows<2>(i + 1) * p) / width / 1.5;
+            Eigen::Vector2d t(free(i + 1) + A.row(i + 1).dot(p), free(i + 2) + A.row(i + 2).dot(p));
+            t = p.segment<2>(i + 1) - t / width / 1.5;
             const double limit = mu * p(i);
             if (t.norm() > limit) {
                 t *= limit / t.norm();

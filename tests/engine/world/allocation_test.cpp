@@ -21,6 +21,11 @@ void* allocate(std::size_t size, std::size_t alignment) {
     return room;
 }
 
+// Not inlined: g++ would see a free() of what a new gave, and warn of it.
+[[gnu::noinline]] void release(void* room) {
+    std::free(room);
+}
+
 }  // namespace
 
 void* operator new(std::size_t size) {
@@ -30,16 +35,16 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
     return allocate(size, static_cast<std::size_t>(alignment));
 }
 void operator delete(void* room) noexcept {
-    std::free(room);
+    release(room);
 }
 void operator delete(void* room, std::size_t) noexcept {
-    std::free(room);
+    release(room);
 }
 void operator delete(void* room, std::align_val_t) noexcept {
-    std::free(room);
+    release(room);
 }
 void operator delete(void* room, std::size_t, std::align_val_t) noexcept {
-    std::free(room);
+    release(room);
 }
 
 namespace cairn {

@@ -143,6 +143,36 @@ TYPED_TEST(Removal, TheSlotKeepsNothingOfWhoHadIt) {
     }
 }
 
+// By rising index, whatever has left and come back.
+TEST(Churn, BodiesAndJointsAreListedInOrder) {
+    Worldd world;
+    std::vector<BodyId> bodies;
+    std::vector<JointId> joints;
+    for (int i = 0; i < 1000; ++i) {
+        bodies.push_back(addBox(world, Vec3d(2 * i, 0, 0)));
+        if (i > 0) {
+            joints.push_back(world.add(BallDef{.a = bodies[bodies.size() - 2], .b = bodies.back()}));
+        }
+    }
+    EXPECT_EQ(world.bodies(), bodies);
+    EXPECT_EQ(world.joints(), joints);
+    const auto takeOut = [&](std::size_t i) {
+        world.remove(bodies[i]);
+        bodies.erase(bodies.begin() + static_cast<std::ptrdiff_t>(i));
+        std::erase_if(joints, [&](JointId id) { return !world.contains(id); });
+    };
+    while (bodies.size() > 12) {
+        takeOut(bodies.size() % 7 == 0 ? 0 : bodies.size() / 2);
+    }
+    for (int i = 0; i < 5; ++i) {
+        bodies.push_back(addBox(world, Vec3d(2 * i, 4, 0)));
+    }
+    std::sort(bodies.begin(), bodies.end());
+    EXPECT_EQ(world.bodies(), bodies);
+    EXPECT_EQ(world.joints(), joints);
+    EXPECT_EQ(world.jointViews().size(), joints.size());
+}
+
 TEST(Churn, RemovesManyInTheMiddleOfAStack) {
     Worldd world;
     const BodyId floor = addFloor(world);
