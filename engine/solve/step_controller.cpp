@@ -253,6 +253,21 @@ void StepController<S>::calmDown(double over) {
 
 template <class S>
 bool StepController<S>::isStruck(S dt) const {
+    S fastest = 0;  // m, of a body's points in dt
+    S thinnest = infinity<S>();
+    for (const SolverBody<S>& s : problem_.bodies) {
+        if (s.index == UINT32_MAX) {
+            continue;
+        }
+        const Body<S>& body = world_.bodies[s.index];
+        const S w = s.v.template tail<3>().norm();
+        const S turning = w > S(0) ? w * static_cast<S>(body.kind->radius) : S(0);
+        fastest = std::max(fastest, dt * (s.v.template head<3>().norm() + turning));
+        thinnest = std::min(thinnest, surprise(body, body));
+    }
+    if (2 * fastest < thinnest) {
+        return false;
+    }
     // m: of what is as deep in something already it is not the hit that is to be answered.
     constexpr S tooDeep = S(0.05);
     bool isStruck = false;

@@ -219,12 +219,12 @@ private:
             }
         }
         std::map<ProxyId, Trajectory> placed;
-        for (const auto& [group, query] : first) {
-            for (ProxyId i = 0; i < group_.size(); ++i) {
-                if (group_[i] == group && bodies_.used(i) && bodies_[i].isDynamic()) {
-                    addTrajectory(i);
-                    placed[i] = {heldMotion(i, *query, first), trajectory(i).kept * query->fraction, true};
-                }
+        for (ProxyId i = 0; i < group_.size(); ++i) {
+            const auto met = first.find(group_[i]);
+            if (met != first.end() && bodies_.used(i) && bodies_[i].isDynamic()) {
+                const CcdQuery& query = *met->second;
+                addTrajectory(i);
+                placed[i] = {heldMotion(i, query, first), trajectory(i).kept * query.fraction, true};
             }
         }
         for (Trajectory& before : trajectories_) {
