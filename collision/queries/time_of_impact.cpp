@@ -375,6 +375,15 @@ bool impactOf(const Sides& s, const ImpactSettings& settings, double tolerance, 
     return !pair.staysApart(slack, s.isAlone) && pair.run(slack, limit, impact, passed);
 }
 
+// Where, in the frame that a body starts in, it may come near another one's shapes on the way of both.
+Aabb reachOf(const Motion& motion, std::span<const Shape> others, const Motion& theirs, double gap) {
+    const double radius = boundingRadius(others, theirs.centre);
+    const Vec3d apart = theirs.start * theirs.centre - motion.start * motion.centre;
+    const double path = (theirs.displacement - motion.displacement).norm();
+    const double turning = motion.turn.norm() * (apart.norm() + path + radius) + theirs.turn.norm() * radius;
+    return bounds(others, relativePose(motion.start, theirs.start)).grown(gap + path + turning);
+}
+
 std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
                                   const Motion& motionB, const ImpactSettings& settings, double tolerance,
                                   bool backFaces) {
@@ -382,10 +391,18 @@ std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motion
     std::vector<Closeness> passed;
     double limit = std::nextafter(1.0, 2.0);  // a meeting at the very end counts
     const bool isAlone = a.size() == 1 && b.size() == 1;
+    const auto mayReach = [](std::span<const Shape> parts, std::size_t k, const Aabb& reach) {
+        return parts.size() == 1 || bounds(parts.subspan(k, 1), {}).overlaps(reach);
+    };
+    const Aabb reachA = a.size() == 1 ? Aabb() : reachOf(motionA, b, motionB, settings.gap + tolerance);
+    const Aabb reachB = b.size() == 1 ? Aabb() : reachOf(motionB, a, motionA, settings.gap + tolerance);
     for (std::uint32_t i = 0; i < a.size(); ++i) {
+        if (!mayReach(a, i, reachA)) {
+            continue;
+        }
         for (std::uint32_t j = 0; j < b.size(); ++j) {
             const bool swapped = !isConvex(b[j].kind);
-            if (swapped && !isConvex(a[i].kind)) {
+            if ((swapped && !isConvex(a[i].kind)) || !mayReach(b, j, reachB)) {
                 continue;
             }
             const Sides sides =
