@@ -27,6 +27,13 @@ Vec3d turnNear(const Quatd& from, const Quatd& to, const Vec3d& expected) {
     return (length + circle * std::round((expected.dot(axis) - length) / circle)) * axis;
 }
 
+// m: what has contacts may get as deep in turning, which they answer; what goes deeper may go through. Of thin bodies,
+// hands and feet, most of what they can bear, or a doll would stand still for each of them.
+double slackOf(double innerRadius) {
+    constexpr double deep = 0.06;
+    return std::max(0.25 * innerRadius, std::min(0.75 * innerRadius, deep));
+}
+
 // A fast body, and what it met.
 struct CcdQuery {
     ProxyId body = 0;
@@ -154,10 +161,9 @@ private:
         }
         const Body<S>& body = bodies_[query.body];
         const Trajectory& own = trajectory(query.body);
-        // What has contacts may get deeper in turning, which they answer; what goes deeper than this may go through.
         ImpactSettings settings;
         settings.gap = std::min(settings.gap, 0.5 * body.kind->innerRadius);
-        settings.slack = 0.75 * body.kind->innerRadius;
+        settings.slack = slackOf(body.kind->innerRadius);
         query.fraction = 2;
         for (const ProxyId other : query.candidates) {
             const Trajectory& theirs = trajectory(other);
