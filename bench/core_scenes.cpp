@@ -76,26 +76,14 @@ void dolls(Filler& world, int n) {
 
 // Its knots do not collide: the cost is the joints'.
 void net(Filler& world, int side) {
-    std::vector<BodyId> ids;
-    const auto place = [&](int i) { return Vec3d(0.5 * (i % side), 10, 0.5 * (i / side)); };
-    for (int i = 0; i < side * side; ++i) {
+    addTied(world, side, [side](int i) -> BodyDef {
         const bool hung = i == 0 || i == side - 1;
-        ids.push_back(world.add({.type = hung ? BodyType::Static : BodyType::Dynamic,
-                                 .shapes = {box(Vec3d::Constant(0.08))},
-                                 .position = place(i),
-                                 .mass = hung ? 0.0 : 1.0,
-                                 .filter = {.mask = 0}}));
-        const auto tie = [&](int other) {
-            world.add(BallDef{
-                .a = ids[static_cast<std::size_t>(other)], .b = ids.back(), .anchor = 0.5 * (place(other) + place(i))});
-        };
-        if (i % side > 0) {
-            tie(i - 1);
-        }
-        if (i >= side) {
-            tie(i - side);
-        }
-    }
+        return {.type = hung ? BodyType::Static : BodyType::Dynamic,
+                .shapes = {box(Vec3d::Constant(0.08))},
+                .position = Vec3d(0.5 * (i % side), 10, 0.5 * (i / side)),
+                .mass = hung ? 0.0 : 1.0,
+                .filter = {.mask = 0}};
+    });
 }
 
 void statics(Filler& world, int n) {

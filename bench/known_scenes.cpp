@@ -59,24 +59,12 @@ Shape drumPart(double inner, double outer, double from, double to) {
 
 // Balls of .4 m, a metre apart, each tied to its neighbours halfway. They do not collide.
 void jointGrid(Filler& world, int side) {
-    std::vector<BodyId> ids;
-    const auto place = [&](int i) { return Vec3d(i / side, -(i % side), 0); };
-    for (int i = 0; i < side * side; ++i) {
-        ids.push_back(world.add({.type = i % side == 0 ? BodyType::Static : BodyType::Dynamic,
-                                 .shapes = {sphere(0.4)},
-                                 .position = place(i),
-                                 .filter = {.mask = 0}}));
-        const auto tie = [&](int other) {
-            world.add(BallDef{
-                .a = ids[static_cast<std::size_t>(other)], .b = ids.back(), .anchor = 0.5 * (place(other) + place(i))});
-        };
-        if (i % side > 0) {
-            tie(i - 1);
-        }
-        if (i >= side && i % side > 0) {  // two static bodies need no tie
-            tie(i - side);
-        }
-    }
+    addTied(world, side, [side](int i) -> BodyDef {
+        return {.type = i % side == 0 ? BodyType::Static : BodyType::Dynamic,
+                .shapes = {sphere(0.4)},
+                .position = Vec3d(i / side, -(i % side), 0),
+                .filter = {.mask = 0}};
+    });
 }
 
 // Boxes of 1 m, side by side and on top of each other with no gap.

@@ -55,6 +55,28 @@ void addDoll(Filler& world, const Vec3d& middle, const Quatd& rotation) {
     }
 }
 
+void addTied(Filler& world, int side, const std::function<BodyDef(int)>& def) {
+    std::vector<BodyId> ids;
+    for (int i = 0; i < side * side; ++i) {
+        const BodyDef one = def(i);
+        ids.push_back(world.add(one));
+        const auto tie = [&](int other) {
+            const BodyDef before = def(other);
+            if (one.type == BodyType::Dynamic || before.type == BodyType::Dynamic) {
+                world.add(BallDef{.a = ids[static_cast<std::size_t>(other)],
+                                  .b = ids.back(),
+                                  .anchor = 0.5 * (before.position + one.position)});
+            }
+        };
+        if (i % side > 0) {
+            tie(i - 1);
+        }
+        if (i >= side) {
+            tie(i - side);
+        }
+    }
+}
+
 std::vector<Vec3d> spiral(int points, double radius) {
     std::vector<Vec3d> places;
     for (int i = 0; i < points; ++i) {

@@ -2,6 +2,8 @@
 // What several of the measured scenes are made of.
 #include "core_scenes.hpp"
 
+#include <functional>
+
 namespace cairn::bench {
 
 class Random {  // the same numbers with every compiler and library
@@ -20,6 +22,10 @@ Vec3d onSquare(int i, int n, double pitch);
 
 // A doll of 75 kg, 16 boxes and 15 ball joints; `middle` is 0.9 m above its soles.
 void addDoll(Filler& world, const Vec3d& middle, const Quatd& rotation);
+
+// side x side bodies, def(i) the i-th of them, each tied to the one before it in its row and in its column by a ball
+// joint halfway between; two static ones are not tied.
+void addTied(Filler& world, int side, const std::function<BodyDef(int)>& def);
 
 // Points spread evenly over a sphere, along a spiral about z.
 std::vector<Vec3d> spiral(int points, double radius);

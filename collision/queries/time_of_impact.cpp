@@ -274,16 +274,15 @@ struct Sides {
     bool isAlone;  // each the only shape of its body: nothing else asks when they were close
 };
 
-double slackOf(const Shape& first, const Shape& second, double wanted) {
-    if (wanted < 0) {
-        return wanted;
+double slackOf(const Shape& first, const Shape& second, const ImpactSettings& settings) {
+    if (settings.slack < 0) {
+        return settings.slack;
     }
     double inner = innerRadius(second);
     if (isConvex(first.kind)) {
         inner = std::min(inner, innerRadius(first));
     }
-    constexpr double share = 0.75;  // less than what would come out on the other side
-    return std::min(wanted, share * inner);
+    return std::min(settings.slack, settings.slackShare * inner);
 }
 
 bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double limit, Impact& impact,
@@ -354,7 +353,7 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
 
 bool impactOf(const Sides& s, const ImpactSettings& settings, double tolerance, bool backFaces, double limit,
               Impact& impact, std::vector<Closeness>& passed) {
-    const Slack slack{settings.gap, tolerance, slackOf(s.first, s.second, settings.slack)};
+    const Slack slack{settings.gap, tolerance, slackOf(s.first, s.second, settings)};
     if (isSurface(s.first.kind)) {
         return impactOnSurface(s, slack, backFaces, limit, impact, passed);
     }
@@ -456,7 +455,8 @@ Posed Motion::at(double fraction) const {
 
 std::optional<Impact> timeOfImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
                                    const Motion& motionB, const ImpactSettings& settings) {
-    CAIRN_CHECK(settings.gap > 0 && settings.slack >= 0, "a gap must be positive and slack not negative");
+    CAIRN_CHECK(settings.gap > 0 && settings.slack >= 0 && settings.slackShare < 1,
+                "a gap must be positive, slack not negative, and less than what comes out on the other side");
     return firstImpact(a, motionA, b, motionB, settings, 0.1 * settings.gap, false);
 }
 

@@ -22,8 +22,9 @@ struct Motion {
 struct ImpactSettings {
     double gap = 1e-3;  // m, > 0: the distance at which shapes are said to meet, so that contacts find them apart
     // m, >= 0: meetings that get no deeper than this over the motion are left to the contacts, so that what slides on
-    // or over an internal edge does not stop. Held to three quarters of the thinner shape's inner radius.
+    // or over an internal edge does not stop.
     double slack = 5e-3;
+    double slackShare = 0.25;  // below 1: of the thinner shape's inner radius, to which the slack is held
 };
 
 // The first meeting of two bodies. Shapes that touch at the start count once they are deeper than `slack` and a third

@@ -28,6 +28,9 @@ struct ImpactGroup {
     std::vector<PointImpact<S>> points;
     int a, b;
     S restitution;
+    // In a round:
+    int hits = 0;
+    int hitsSeen = -1;  // of both bodies, when it was last found not to approach: until there are more it does not
 };
 
 template <class S>
@@ -142,46 +145,101 @@ S timeOfTouch(S C, S before, S after, bool lags, S h) {
     return root > S(0) ? std::clamp(S(2) * C / (std::sqrt(root) - start), -h, h) : h;
 }
 
-// The points that may bounce, by manifold, while the bodies have their mean spins. threshold, m/s: slower approaches do
-// not bounce. Empty where none touches fast enough, as far as those spins show.
 template <class S>
-std::vector<ImpactGroup<S>> gatherGroups(const Problem<S>& problem, S threshold, S h) {
-    constexpr S share = S(0.5);  // of the threshold: the spins themselves may be faster
-    std::vector<ImpactGroup<S>> groups;
-    bool mayHit = false;
-    for (const ProblemContact<S>& contact : problem.contacts) {
-        if (contact.restitution == S(0) || contact.count == 0) {
-            continue;
-        }
-        ImpactGroup<S> group{{}, contact.a, contact.b, contact.restitution};
-        for (int k = 0; k < contact.count; ++k) {
-            PointImpact<S> impact{static_cast<std::size_t>(contact.firstPoint + k), contact.friction};
-            problem.writeRows(contact, impact.point, impact.rows, impact.block);
-            const Row<S>& row = impact.rows.front();
-            const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
-            const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
-            impact.isMet = endOf(row, a, b, h) <= S(0);
-            mayHit = mayHit || (impact.isMet && normalSpeed(row, a.v, b.v) < -share * threshold);
-            group.points.push_back(std::move(impact));
-        }
-        groups.push_back(std::move(group));
-    }
-    return mayHit ? groups : std::vector<ImpactGroup<S>>();
+bool mayBounce(const ProblemContact<S>& contact) {
+    return contact.restitution > S(0) && contact.count > 0;
 }
 
-// What the points go by, once the bodies have the spins that an impact meets.
+// How a contact point's bodies near each other by their mean spins, which rows go by.
 template <class S>
-void fillTerms(const Problem<S>& problem, ImpactGroup<S>& group, S h) {
+struct Approach {
+    S speed;  // m/s, along the normal
+    S end;    // m, C at the end of the sub-step
+};
+template <class S>
+Approach<S> approachOf(const Problem<S>& problem, const ProblemContact<S>& contact, std::size_t point, S h) {
+    const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
+    const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
+    const Vec3<S> normal = problem.frameOf(contact).normal;
+    const ContactRows<S> row = problem.rowsOf(contact, point);
+    const S speed = normal.dot(pointSpeed(row, a.v, b.v));
+    return {speed, row.C + h * speed + normal.dot(pointSpeed(row, a.expectedOffset(h), b.expectedOffset(h)))};
+}
+
+// Whether a point that bounces touches fast enough, as far as the mean spins show: where none does, nothing more is
+// done. threshold, m/s: slower approaches do not bounce.
+template <class S>
+bool mayHit(const Problem<S>& problem, S threshold, S h) {
+    constexpr S share = S(0.5);  // of the threshold: the spins themselves may be faster
+    return std::any_of(problem.contacts.begin(), problem.contacts.end(), [&](const ProblemContact<S>& contact) {
+        for (int k = 0; mayBounce(contact) && k < contact.count; ++k) {
+            const Approach<S> approach =
+                approachOf(problem, contact, static_cast<std::size_t>(contact.firstPoint + k), h);
+            if (approach.speed < -share * threshold && approach.end <= S(0)) {
+                return true;
+            }
+        }
+        return false;
+    });
+}
+
+// The points that may bounce, by manifold.
+template <class S>
+std::vector<ImpactGroup<S>> gatherGroups(const Problem<S>& problem) {
+    std::vector<ImpactGroup<S>> groups;
+    for (const ProblemContact<S>& contact : problem.contacts) {
+        if (!mayBounce(contact)) {
+            continue;
+        }
+        ImpactGroup<S>& group = groups.emplace_back(ImpactGroup<S>{{}, contact.a, contact.b, contact.restitution});
+        for (int k = 0; k < contact.count; ++k) {
+            PointImpact<S>& impact = group.points.emplace_back(
+                PointImpact<S>{static_cast<std::size_t>(contact.firstPoint + k), contact.friction});
+            problem.writeRows(contact, impact.point, impact.rows, impact.block);
+        }
+    }
+    return groups;
+}
+
+// A round begins: which points touch by the mean spins, that the bodies still have.
+template <class S>
+void beginRound(const Problem<S>& problem, std::vector<ImpactGroup<S>>& groups, S h) {
+    auto group = groups.begin();
+    for (const ProblemContact<S>& contact : problem.contacts) {
+        if (!mayBounce(contact)) {
+            continue;
+        }
+        group->hits = 0;
+        group->hitsSeen = -1;
+        for (PointImpact<S>& impact : group->points) {
+            impact.isMet = approachOf(problem, contact, impact.point, h).end <= S(0);
+        }
+        ++group;
+    }
+}
+
+// When the points touch, once the bodies have the spins that an impact meets.
+template <class S>
+void findTimes(const Problem<S>& problem, ImpactGroup<S>& group, S h) {
     const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(group.a)];
     const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(group.b)];
     const bool lags = a.isJointed || b.isJointed;
+    const Vec6<S> forcedA = a.forced(h);
+    const Vec6<S> forcedB = b.forced(h);
     for (PointImpact<S>& impact : group.points) {
         const Row<S>& row = impact.rows.front();
-        impact.forced = normalSpeed(row, a.forced(h), b.forced(h));
+        impact.forced = normalSpeed(row, forcedA, forcedB);
         const S after = normalSpeed(row, a.v, b.v);
         // A point out of reach in this sub-step can still be thrown into the other body by another impact.
         impact.time = timeOfTouch(row.C, after - impact.forced, after, lags, h);
         impact.lag = lags ? S(0.5) * impact.forced : S(0);
+    }
+}
+
+// What the bodies answer to the points, as heavy as they are in this round.
+template <class S>
+void findResponses(const Problem<S>& problem, ImpactGroup<S>& group) {
+    for (PointImpact<S>& impact : group.points) {
         impact.delassus = problem.delassus(impact.rows[0], impact.block);
         impact.across = impact.rows.size() < 3 ? S(0) : largestAcross(problem, impact);
     }
@@ -280,7 +338,7 @@ void bounce(Problem<S>& problem, ImpactGroup<S>& group, S time, S h) {
 // hitAt: s, at which each body that moves was last hit: what it hands on comes no earlier.
 template <class S>
 bool bounceInTurn(Problem<S>& problem, std::vector<ImpactGroup<S>>& groups, std::vector<S>& hitAt, S threshold, S h) {
-    std::vector<std::uint8_t> wasHit(problem.bodies.size(), 0);  // by now
+    std::vector<int> hitsOf(problem.bodies.size(), 0);  // by now
     bool hits = false;
     const int iterations = 20 + static_cast<int>(groups.size());
     bool approaching = true;
@@ -289,17 +347,25 @@ bool bounceInTurn(Problem<S>& problem, std::vector<ImpactGroup<S>>& groups, std:
         for (ImpactGroup<S>& group : groups) {
             const std::size_t a = static_cast<std::size_t>(group.a);
             const std::size_t b = static_cast<std::size_t>(group.b);
+            const int hitsNow = hitsOf[a] + hitsOf[b];
+            if (group.hitsSeen == hitsNow) {
+                continue;
+            }
             S time = std::max(hitAt[a], hitAt[b]);
-            if (!aim(problem, group, threshold, h, time, wasHit[a] + wasHit[b] == 0)) {
+            if (!aim(problem, group, threshold, h, time, hitsNow == 0)) {
+                group.hitsSeen = hitsNow;
                 continue;
             }
             approaching = true;
             hits = true;
+            if (group.hits++ == 0) {
+                findResponses(problem, group);
+            }
             bounce(problem, group, time, h);
             for (const std::size_t body : {a, b}) {
                 if (!problem.bodies[body].fixed) {
                     hitAt[body] = time;
-                    wasHit[body] = 1;
+                    ++hitsOf[body];
                 }
             }
         }
@@ -314,21 +380,22 @@ bool resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
     // What a hit leaves of a spin has another mean, by which something else may touch.
     constexpr int rounds = 8;
     const S threshold = static_cast<S>(settings.restitutionSpeed);
-    std::vector<S> hitAt;
-    for (int round = 0; round < rounds; ++round) {
-        std::vector<ImpactGroup<S>> groups = gatherGroups(problem, threshold, h);
-        if (groups.empty()) {
-            break;
-        }
-        hitAt.resize(problem.bodies.size(), -infinity<S>());
+    if (!mayHit(problem, threshold, h)) {
+        return false;
+    }
+    std::vector<ImpactGroup<S>> groups = gatherGroups(problem);
+    std::vector<S> hitAt(problem.bodies.size(), -infinity<S>());
+    bool hits = true;
+    for (int round = 0; hits && round < rounds && (round == 0 || mayHit(problem, threshold, h)); ++round) {
+        beginRound(problem, groups, h);
         // A bounce keeps the energy of the spins that it meets, not of their means over the sub-step.
         for (SolverBody<S>& body : problem.bodies) {
             body.undoTurn();
         }
         for (ImpactGroup<S>& group : groups) {
-            fillTerms(problem, group, h);
+            findTimes(problem, group, h);
         }
-        const bool hits = bounceInTurn(problem, groups, hitAt, threshold, h);
+        hits = bounceInTurn(problem, groups, hitAt, threshold, h);
         bool respondsAnew = false;
         for (SolverBody<S>& body : problem.bodies) {
             body.startTurn(h);
@@ -336,9 +403,6 @@ bool resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
         }
         if (respondsAnew) {
             problem.respond();
-        }
-        if (!hits) {
-            break;
         }
     }
     return std::any_of(hitAt.begin(), hitAt.end(), [](S time) { return time > -infinity<S>(); });

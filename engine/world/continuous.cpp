@@ -29,9 +29,10 @@ Vec3d turnNear(const Quatd& from, const Quatd& to, const Vec3d& expected) {
 
 // m: what has contacts may get as deep in turning, which they answer; what goes deeper may go through. Of thin bodies,
 // hands and feet, most of what they can bear, or a doll would stand still for each of them.
+constexpr double mostSlackShare = 0.75;
 double slackOf(double innerRadius) {
     constexpr double deep = 0.06;
-    return std::max(0.25 * innerRadius, std::min(0.75 * innerRadius, deep));
+    return std::max(0.25 * innerRadius, std::min(mostSlackShare * innerRadius, deep));
 }
 
 // A fast body, and what it met.
@@ -164,6 +165,7 @@ private:
         ImpactSettings settings;
         settings.gap = std::min(settings.gap, 0.5 * body.kind->innerRadius);
         settings.slack = slackOf(body.kind->innerRadius);
+        settings.slackShare = mostSlackShare;
         query.fraction = 2;
         for (const ProxyId other : query.candidates) {
             const Trajectory& theirs = trajectory(other);
