@@ -93,7 +93,9 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const double rows = rowCount(problem);
     const bool moves = direct_->moves(problem) || isPressed(problem);
     StepPlan plan;
-    plan.maxWork = moves && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
+    // What stands has one answer, which serves on; what joints hold and nothing moves yet may be about to fall.
+    const bool isWorthAll = !moves && problem.joints.empty();
+    plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
     const double maxWork = std::min(plan.maxWork, problem.limits.maxWork);

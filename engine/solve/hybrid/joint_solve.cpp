@@ -93,26 +93,28 @@ bool JointSolve<S>::chooseActive(const Problem<S>& problem, RowSweeps<S>& rows) 
 
 template <class S>
 bool JointSolve<S>::factor(const Problem<S>& problem, const RowSweeps<S>& rows) {
-    factor_.clear();
+    factor_.setZero(active_);
     for (const JointFactor::Sum& sum : factor_.sums()) {
-        double* out = factor_.at(sum);
+        const SparseFactor::Block out = factor_.block(sum);
         const RowBlock<S>& row = problem.blocks[at(sum.row)];
         const RowBlock<S>& column = problem.blocks[at(sum.column)];
-        for (const int r : active_[at(sum.row)]) {
-            const Vec6<double> J = bodyGradient(problem.rows[at(r)], row, sum.rowIsB ? 1 : 0).template cast<double>();
-            for (const int c : active_[at(sum.column)]) {
-                *out++ += J.dot(bodyResponse(problem.responses[at(c)], column, sum.columnIsB).template cast<double>());
+        const std::vector<int>& rowsOfColumn = active_[at(sum.column)];
+        for (std::size_t c = 0; c < rowsOfColumn.size(); ++c) {
+            const Vec6<double> response =
+                bodyResponse(problem.responses[at(rowsOfColumn[c])], column, sum.columnIsB).template cast<double>();
+            for (std::size_t r = 0; r < active_[at(sum.row)].size(); ++r) {
+                const Row<S>& one = problem.rows[at(active_[at(sum.row)][r])];
+                out(r, c) += bodyGradient(one, row, sum.rowIsB ? 1 : 0).template cast<double>().dot(response);
             }
         }
     }
     for (std::size_t k = 0; k < active_.size(); ++k) {
-        double* diagonal = factor_.diagonal(k);
-        for (const int r : active_[k]) {
-            *diagonal += static_cast<double>(rows.terms[at(r)].softness);
-            diagonal += active_[k].size() + 1;
+        const SparseFactor::Block diagonal = factor_.diagonal(k);
+        for (std::size_t r = 0; r < active_[k].size(); ++r) {
+            diagonal(r, r) += static_cast<double>(rows.terms[at(active_[k][r])].softness);
         }
     }
-    return factor_.factor(active_);
+    return factor_.factor();
 }
 
 template <class S>

@@ -25,7 +25,7 @@ private:
     // Solves for the active rows. False: one came out of its bounds, is at them now, and active no more.
     bool solveActive(const Problem<S>& problem, RowSweeps<S>& rows);
 
-    JointFactor factor_;
+    JointFactor factor_{SparseFactor::Kind::Positive};
     JointFactor::Graph graph_;
     std::vector<int> counts_;
     JointFactor::Rows active_;

@@ -289,13 +289,16 @@ void JointNewton<S>::stiffen(double h) {
 // Solves for the change of the active rows' impulses and adds it, and what it does to the twists.
 template <class S>
 bool JointNewton<S>::newtonStep() {
-    factor_.clear();
+    factor_.setZero(active_);
     for (const JointFactor::Sum& sum : factor_.sums()) {
-        double* out = factor_.at(sum);
-        for (const int r : active_[at(sum.row)]) {
-            const Vec6<double>& end = sum.rowIsB ? rows_[at(r)].endB : rows_[at(r)].endA;
-            for (const int c : active_[at(sum.column)]) {
-                *out++ += end.dot(sum.columnIsB ? rows_[at(c)].giveB : rows_[at(c)].giveA);
+        const SparseFactor::Block out = factor_.block(sum);
+        const std::vector<int>& rowsOfColumn = active_[at(sum.column)];
+        for (std::size_t r = 0; r < active_[at(sum.row)].size(); ++r) {
+            const JointRow& row = rows_[at(active_[at(sum.row)][r])];
+            const Vec6<double>& end = sum.rowIsB ? row.endB : row.endA;
+            for (std::size_t c = 0; c < rowsOfColumn.size(); ++c) {
+                const JointRow& column = rows_[at(rowsOfColumn[c])];
+                out(r, c) += end.dot(sum.columnIsB ? column.giveB : column.giveA);
             }
         }
     }
@@ -312,20 +315,19 @@ bool JointNewton<S>::newtonStep() {
     for (std::size_t k = 0; k < endBlocks_.size(); ++k) {
         const Vec6<double>& a = moved_[at(endBlocks_[k].a)];
         const Vec6<double>& b = moved_[at(endBlocks_[k].b)];
-        double* diagonal = factor_.diagonal(k);
-        for (const int i : active_[k]) {
+        const SparseFactor::Block diagonal = factor_.diagonal(k);
+        for (std::size_t r = 0; r < active_[k].size(); ++r) {
+            const int i = active_[k][r];
             const JointRow& row = rows_[at(i)];
-            *diagonal = *diagonal * (1 + redundant) + row.terms.softness;
-            diagonal += active_[k].size() + 1;
+            diagonal(r, r) = diagonal(r, r) * (1 + redundant) + row.terms.softness;
             right_[at(i)] = -row.u - row.endA.dot(a) - row.endB.dot(b);
         }
     }
-    if (!factor_.factor(active_)) {
+    if (!factor_.factor()) {
         return false;
     }
     factor_.substitute(active_, right_);
-    for (std::size_t place = factor_.order().size(); place-- > 0;) {
-        const std::size_t k = at(factor_.order()[place]);
+    for (std::size_t k = 0; k < active_.size(); ++k) {
         for (const int i : active_[k]) {
             JointRow& row = rows_[at(i)];
             row.p += right_[at(i)];

@@ -93,7 +93,7 @@ private:
     bool newtonStep();
     void sumUp(const Problem<S>& problem);
 
-    JointFactor factor_;
+    JointFactor factor_{SparseFactor::Kind::General};
     JointFactor::Graph graph_;
     std::vector<int> counts_;  // rows of each block
 

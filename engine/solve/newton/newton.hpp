@@ -13,8 +13,8 @@
 //   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's
 //     term, brings the contact back to u_n = 0: a fixed point that Aitken's rule speeds up.
 #include "engine/problem/problem.hpp"
-#include "engine/solve/newton/block_cholesky.hpp"
 #include "engine/solve/newton/conjugate_gradients.hpp"
+#include "engine/solve/newton/sparse_factor.hpp"
 #include "engine/solve/velocity/sweep.hpp"
 
 namespace cairn {
@@ -129,8 +129,9 @@ private:
     std::vector<int> bodyOfNode_;
     std::vector<std::array<std::size_t, 6>> edgesOfBlock_;  // by pairOf(); unset where one of the bodies is fixed
     LinearSolver linearSolver_ = LinearSolver::Factor;
-    BlockCholesky<S> factor_;
-    BlockDiagonal<S> diagonal_;  // conjugate gradients: of H
+    SparseFactor factor_{SparseFactor::Kind::Positive};
+    std::vector<int> rowsOfNode_;  // six each
+    BlockDiagonal<S> diagonal_;    // conjugate gradients: of H
     double productWork_ = 0;
     std::vector<Vec6<S>> wide_;  // scratch of product(), all bodies
 

@@ -6,6 +6,18 @@
 #include <algorithm>
 
 namespace cairn {
+namespace {
+
+template <class S>
+void addBlock(const SparseFactor::Block& to, const Mat6<S>& value) {
+    for (int r = 0; r < 6; ++r) {
+        for (int c = 0; c < 6; ++c) {
+            to(static_cast<std::size_t>(r), static_cast<std::size_t>(c)) += static_cast<double>(value(r, c));
+        }
+    }
+}
+
+}  // namespace
 
 template <class S>
 void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSolver) {
@@ -19,7 +31,7 @@ void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSol
             bodyOfNode_.push_back(static_cast<int>(i));
         }
     }
-    std::vector<std::pair<typename BlockCholesky<S>::Edge, std::size_t>> wanted;
+    std::vector<std::pair<SparseFactor::Edge, std::size_t>> wanted;
     edgesOfBlock_.assign(problem.blocks.size(), {});
     for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
         forEachEdge(problem.blocks[k], [&](std::size_t pair, int a, int b) {
@@ -27,7 +39,7 @@ void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSol
         });
     }
     std::sort(wanted.begin(), wanted.end());
-    std::vector<typename BlockCholesky<S>::Edge> edges;
+    std::vector<SparseFactor::Edge> edges;
     for (const auto& [edge, place] : wanted) {
         if (edges.empty() || edges.back() != edge) {
             edges.push_back(edge);
@@ -35,7 +47,8 @@ void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSol
         edgesOfBlock_[place / 6][place % 6] = edges.size() - 1;
     }
     if (linearSolver_ == LinearSolver::Factor) {
-        factor_.analyse(static_cast<int>(bodyOfNode_.size()), edges);
+        rowsOfNode_.assign(bodyOfNode_.size(), 6);
+        factor_.analyse(rowsOfNode_, edges, infinity<double>());
     }
     productWork_ = static_cast<double>(bodyOfNode_.size() + edges.size());
     system.terms.resize(problem.rows.size());
@@ -120,13 +133,13 @@ template <class S>
 void ContactNewton<S>::assemble(const Problem<S>& problem) {
     const bool whole = linearSolver_ == LinearSolver::Factor;
     if (whole) {
-        factor_.setZero();
+        factor_.setZero(rowsOfNode_);
     } else {
         diagonal_.setZero(bodyOfNode_.size());
     }
     const auto addDiagonal = [&](int node, const Mat6<S>& value) {
         if (whole) {
-            factor_.addDiagonal(node, value);
+            addBlock(factor_.diagonal(node), value);
         } else {
             diagonal_.addDiagonal(node, value);
         }
@@ -192,7 +205,8 @@ void ContactNewton<S>::assemble(const Problem<S>& problem) {
             continue;
         }
         forEachEdge(block, [&](std::size_t pair, int a, int b) {
-            factor_.addEdge(edgesOfBlock_[k][pair], a > b ? Mat6<S>(off[pair].transpose()) : off[pair]);
+            const std::size_t edge = edgesOfBlock_[k][pair];
+            addBlock(a > b ? factor_.transposedEdge(edge) : factor_.edge(edge), off[pair]);
         });
     }
 }
@@ -246,9 +260,14 @@ void ContactNewton<S>::newtonStep(const Problem<S>& problem, std::vector<Vec6<S>
     }
     ++report.iterations;
     if (linearSolver_ == LinearSolver::Factor) {
-        factor_.solve(g);
-        // Two substitutions, each a product of every block with a sixth of one.
-        system.blockProducts += static_cast<double>(2 * factor_.blocks()) / 6;
+        for (std::size_t n = 0; n < g.size(); ++n) {
+            Eigen::Map<Vec6<double>>(factor_.right(static_cast<int>(n))) = g[n].template cast<double>();
+        }
+        factor_.substitute();
+        for (std::size_t n = 0; n < g.size(); ++n) {
+            g[n] = Eigen::Map<const Vec6<double>>(factor_.right(static_cast<int>(n))).template cast<S>();
+        }
+        system.blockProducts += factor_.substitutionWork();
         return;
     }
     report.products += conjugateGradients<S>([&](const auto& x, auto& y) { product(problem, x, y); }, diagonal_,

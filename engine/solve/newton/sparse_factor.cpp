@@ -1,0 +1,526 @@
+#include "engine/solve/newton/sparse_factor.hpp"
+#include "engine/solve/kernels/dense_kernels.hpp"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <numeric>
+
+namespace cairn {
+namespace {
+
+// Of the numbers of a supernode's panels, what may be zero for the sake of fewer and larger panels.
+constexpr double mostZeros = 0.1;
+// Vectors are no wider.
+constexpr std::size_t widest = 8;
+
+std::size_t padded(std::size_t columns) {
+    return (columns + widest - 1) / widest * widest;
+}
+
+using SmallBlock = std::array<double, SparseFactor::maxRows * SparseFactor::maxRows>;
+
+// Replaces the matrix (row-major, size x size) by its inverse; false if it has none to working precision, or, without
+// pivots, is not positive.
+bool invert(SmallBlock& m, std::size_t size, bool pivots) {
+    std::array<std::size_t, SparseFactor::maxRows> swapped{};
+    for (std::size_t k = 0; k < size; ++k) {
+        std::size_t pivot = k;
+        for (std::size_t r = k + 1; pivots && r < size; ++r) {
+            if (std::abs(m[r * size + k]) > std::abs(m[pivot * size + k])) {
+                pivot = r;
+            }
+        }
+        swapped[k] = pivot;
+        if (pivot != k) {
+            std::swap_ranges(&m[k * size], &m[k * size] + size, &m[pivot * size]);
+        }
+        const double value = m[k * size + k];
+        if (!((pivots ? std::abs(value) : value) > 0)) {
+            return false;
+        }
+        const double scale = 1 / value;
+        m[k * size + k] = 1;
+        for (std::size_t c = 0; c < size; ++c) {
+            m[k * size + c] *= scale;
+        }
+        for (std::size_t r = 0; r < size; ++r) {
+            if (r == k) {
+                continue;
+            }
+            const double share = m[r * size + k];
+            m[r * size + k] = 0;
+            for (std::size_t c = 0; c < size; ++c) {
+                m[r * size + c] -= share * m[k * size + c];
+            }
+        }
+    }
+    for (std::size_t k = size; k-- > 0;) {
+        for (std::size_t r = 0; swapped[k] != k && r < size; ++r) {
+            std::swap(m[r * size + k], m[r * size + swapped[k]]);
+        }
+    }
+    return std::all_of(m.begin(), m.begin() + static_cast<std::ptrdiff_t>(size * size),
+                       [](double value) { return std::isfinite(value); });
+}
+
+// Places in an order in which each comes right after what is eliminated below it: those of a supernode are neighbours.
+std::vector<int> postorder(const std::vector<std::vector<int>>& laterOf) {
+    const std::size_t n = laterOf.size();
+    std::vector<std::vector<int>> children(n + 1);
+    for (std::size_t k = 0; k < n; ++k) {
+        children[laterOf[k].empty() ? n : static_cast<std::size_t>(laterOf[k].front())].push_back(static_cast<int>(k));
+    }
+    std::vector<int> visited;
+    std::vector<int> stack = children[n];
+    while (!stack.empty()) {
+        const int k = stack.back();
+        stack.pop_back();
+        visited.push_back(k);
+        const std::vector<int>& below = children[static_cast<std::size_t>(k)];
+        stack.insert(stack.end(), below.begin(), below.end());
+    }
+    std::reverse(visited.begin(), visited.end());
+    return visited;
+}
+
+}  // namespace
+
+bool SparseFactor::analyse(const std::vector<int>& rows, const std::vector<Edge>& edges, double maxWork) {
+    if (rows == rows_ && edges == edges_) {
+        return serves_ && work_ <= maxWork;
+    }
+    rows_ = rows;
+    edges_ = edges;
+    active_.clear();
+    order(edges);
+    std::vector<std::vector<int>> laterOf;
+    serves_ = fill(edges, maxWork, laterOf);
+    if (!serves_) {
+        return false;
+    }
+    const std::vector<int> sequence = postorder(laterOf);
+    std::vector<int> placeOfOld(sequence.size());
+    std::vector<int> nodeAt(sequence.size());
+    std::vector<std::vector<int>> sorted(sequence.size());
+    for (std::size_t place = 0; place < sequence.size(); ++place) {
+        placeOfOld[at(sequence[place])] = static_cast<int>(place);
+        nodeAt[place] = nodeAt_[at(sequence[place])];
+        placeOf_[at(nodeAt[place])] = static_cast<int>(place);
+    }
+    for (std::size_t place = 0; place < sequence.size(); ++place) {
+        sorted[place] = std::move(laterOf[at(sequence[place])]);
+        std::transform(sorted[place].begin(), sorted[place].end(), sorted[place].begin(),
+                       [&](int old) { return placeOfOld[at(old)]; });
+        std::sort(sorted[place].begin(), sorted[place].end());
+    }
+    nodeAt_ = std::move(nodeAt);
+    formSupernodes(sorted);
+    connectSupernodes();
+    placeEdges(edges);
+    return true;
+}
+
+void SparseFactor::order(const std::vector<Edge>& edges) {
+    const int n = static_cast<int>(rows_.size());
+    Eigen::SparseMatrix<double> graph(n, n);
+    std::vector<Eigen::Triplet<double>> triplets;
+    triplets.reserve(2 * edges.size() + rows_.size());
+    for (int i = 0; i < n; ++i) {
+        triplets.emplace_back(i, i, 1.0);
+    }
+    for (const Edge& e : edges) {
+        triplets.emplace_back(e[0], e[1], 1.0);
+        triplets.emplace_back(e[1], e[0], 1.0);
+    }
+    graph.setFromTriplets(triplets.begin(), triplets.end());
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
+    Eigen::AMDOrdering<int>()(graph, permutation);
+    nodeAt_.assign(permutation.indices().begin(), permutation.indices().end());
+    placeOf_.resize(nodeAt_.size());
+    for (int place = 0; place < n; ++place) {
+        placeOf_[at(nodeAt_[at(place)])] = place;
+    }
+}
+
+bool SparseFactor::fill(const std::vector<Edge>& edges, double maxWork, std::vector<std::vector<int>>& laterOf) {
+    laterOf.assign(rows_.size(), {});
+    for (const Edge& e : edges) {
+        const int p = placeOf_[at(e[0])];
+        const int q = placeOf_[at(e[1])];
+        laterOf[at(std::min(p, q))].push_back(std::max(p, q));
+    }
+    work_ = 0;
+    substitutionWork_ = 0;
+    constexpr double product = 216;
+    for (std::size_t k = 0; k < laterOf.size(); ++k) {
+        // Its own edges, and what those eliminated before it pass on.
+        std::vector<int>& later = laterOf[k];
+        std::sort(later.begin(), later.end());
+        later.erase(std::unique(later.begin(), later.end()), later.end());
+        if (!later.empty()) {
+            std::vector<int>& next = laterOf[at(later.front())];
+            next.insert(next.end(), later.begin() + 1, later.end());
+        }
+        const double own = rows_[at(nodeAt_[k])];
+        double others = 0;
+        double squares = 0;
+        for (const int place : later) {
+            const double count = rows_[at(nodeAt_[at(place)])];
+            others += count;
+            squares += count * count;
+        }
+        const double products = kind_ == Kind::Positive ? 0.5 * (others * others + squares) : others * others;
+        work_ += own * (own * own + own * others + products) / product;
+        substitutionWork_ += 2 * own * others / product;
+        if (work_ > maxWork) {
+            return false;
+        }
+    }
+    return true;
+}
+
+void SparseFactor::formSupernodes(const std::vector<std::vector<int>>& laterOf) {
+    const auto rowsAt = [&](int place) { return static_cast<double>(rows_[at(nodeAt_[at(place)])]); };
+    supernodes_.clear();
+    supernodeOf_.assign(laterOf.size(), 0);
+    later_.clear();
+    double numbers = 0;  // of the present supernode, that are not zero
+    double own = 0;      // its rows
+    for (int place = 0; place < static_cast<int>(laterOf.size()); ++place) {
+        const std::vector<int>& later = laterOf[at(place)];
+        double others = 0;
+        for (const int other : later) {
+            others += rowsAt(other);
+        }
+        const double rows = rowsAt(place);
+        const double mine = rows * (rows + others);
+        const double wide = own + rows;
+        const bool follows = place > 0 && !laterOf[at(place - 1)].empty() && laterOf[at(place - 1)].front() == place;
+        if (follows && numbers + mine >= (1 - mostZeros) * wide * (0.5 * (wide + rows) + others)) {
+            supernodes_.back().end = place + 1;
+            numbers += mine;
+            own = wide;
+        } else {
+            supernodes_.emplace_back().begin = place;
+            supernodes_.back().end = place + 1;
+            numbers = mine;
+            own = rows;
+        }
+        supernodeOf_[at(place)] = static_cast<int>(supernodes_.size()) - 1;
+    }
+    for (Supernode& s : supernodes_) {
+        s.later = later_.size();
+        const std::vector<int>& later = laterOf[at(s.end - 1)];
+        later_.insert(later_.end(), later.begin(), later.end());
+        s.laterEnd = later_.size();
+    }
+}
+
+void SparseFactor::connectSupernodes() {
+    groups_.clear();
+    relative_.clear();
+    for (Supernode& s : supernodes_) {
+        s.groups = groups_.size();
+        for (std::size_t begin = s.later; begin < s.laterEnd;) {
+            const int target = supernodeOf_[at(later_[begin])];
+            const Supernode& t = supernodes_[at(target)];
+            std::size_t end = begin;
+            while (end < s.laterEnd && later_[end] < t.end) {
+                ++end;
+            }
+            groups_.push_back({target, begin, end, relative_.size()});
+            std::size_t there = t.later;
+            for (std::size_t k = end; k < s.laterEnd; ++k) {
+                while (later_[there] != later_[k]) {
+                    ++there;
+                }
+                relative_.push_back(there);
+            }
+            begin = end;
+        }
+        s.groupEnd = groups_.size();
+    }
+}
+
+void SparseFactor::placeEdges(const std::vector<Edge>& edges) {
+    edgePlaces_.clear();
+    for (const Edge& e : edges) {
+        const int p = placeOf_[at(e[0])];
+        const int q = placeOf_[at(e[1])];
+        EdgePlace place{supernodeOf_[at(std::min(p, q))], std::min(p, q), std::max(p, q), 0, false, q < p};
+        const Supernode& s = supernodes_[at(place.supernode)];
+        place.isInside = place.second < s.end;
+        if (!place.isInside) {
+            const auto first = later_.begin() + static_cast<std::ptrdiff_t>(s.later);
+            const auto last = later_.begin() + static_cast<std::ptrdiff_t>(s.laterEnd);
+            place.later = static_cast<std::size_t>(std::lower_bound(first, last, place.second) - later_.begin());
+        }
+        edgePlaces_.push_back(place);
+    }
+}
+
+void SparseFactor::setZero(const std::vector<int>& rows) {
+    if (rows != active_) {
+        active_ = rows;
+        layOut();
+    }
+    std::fill(matrix_.begin(), matrix_.end(), 0.0);
+}
+
+void SparseFactor::layOut() {
+    const std::size_t places = nodeAt_.size();
+    count_.resize(places);
+    xOf_.resize(places);
+    rowOf_.resize(places);
+    std::size_t x = 0;
+    for (std::size_t place = 0; place < places; ++place) {
+        count_[place] = at(active_[at(nodeAt_[place])]);
+        xOf_[place] = x;
+        x += count_[place];
+    }
+    right_.assign(x, 0.0);
+    laterRow_.resize(later_.size());
+    std::size_t size = 0;
+    for (Supernode& s : supernodes_) {
+        s.m = 0;
+        for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
+            rowOf_[place] = s.m;
+            s.m += count_[place];
+        }
+        s.n = 0;
+        for (std::size_t k = s.later; k < s.laterEnd; ++k) {
+            laterRow_[k] = s.n;
+            s.n += count_[at(later_[k])];
+        }
+        s.step = padded(s.n);
+        s.pivot = size;
+        s.upper = s.pivot + s.m * s.m;
+        s.lower = s.upper + s.m * s.step;
+        size = s.lower + (kind_ == Kind::General ? s.m * s.step : 0);
+    }
+    matrix_.resize(size + widest);
+}
+
+SparseFactor::Block SparseFactor::diagonal(int node) {
+    const std::size_t place = at(placeOf_[at(node)]);
+    const Supernode& s = supernodes_[at(supernodeOf_[place])];
+    return {matrix_.data() + s.pivot + rowOf_[place] * (s.m + 1), s.m, 1};
+}
+
+SparseFactor::Block SparseFactor::block(std::size_t edge, bool transposed) {
+    const EdgePlace& place = edgePlaces_[edge];
+    const Supernode& s = supernodes_[at(place.supernode)];
+    const std::size_t row = rowOf_[at(place.first)];
+    // Rows of the later place, columns of the earlier one.
+    const bool isLower = place.isTurned != transposed;
+    if (place.isInside) {
+        const std::size_t column = rowOf_[at(place.second)];
+        if (isLower && kind_ == Kind::General) {
+            return {matrix_.data() + s.pivot + column * s.m + row, s.m, 1};
+        }
+        double* inside = matrix_.data() + s.pivot + row * s.m + column;
+        return isLower ? Block{inside, 1, s.m} : Block{inside, s.m, 1};
+    }
+    double* upper = matrix_.data() + s.upper + row * s.step + laterRow_[place.later];
+    if (!isLower) {
+        return {upper, s.step, 1};
+    }
+    return {kind_ == Kind::General ? upper + (s.lower - s.upper) : upper, 1, s.step};
+}
+
+bool SparseFactor::factor() {
+    for (const Supernode& s : supernodes_) {
+        if (!eliminate(s)) {
+            return false;
+        }
+        if (s.m > 0 && s.n > 0) {
+            update(s);
+        }
+    }
+    return true;
+}
+
+bool SparseFactor::eliminate(const Supernode& s) {
+    const auto& subtractProduct = denseKernels().subtractProduct;
+    double* pivot = matrix_.data() + s.pivot;
+    double* upper = matrix_.data() + s.upper;
+    double* lower = matrix_.data() + s.lower;
+    const std::size_t step = s.m;
+    for (std::size_t r = 0; kind_ == Kind::Positive && r < s.m; ++r) {
+        for (std::size_t c = r + 1; c < s.m; ++c) {
+            pivot[c * step + r] = pivot[r * step + c];
+        }
+    }
+    for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
+        const std::size_t row = rowOf_[place];
+        const std::size_t own = count_[place];
+        const std::size_t next = row + own;
+        SmallBlock inverse;
+        for (std::size_t r = 0; r < own; ++r) {
+            std::copy_n(pivot + (row + r) * step + row, own, inverse.data() + r * own);
+        }
+        if (!invert(inverse, own, kind_ == Kind::General)) {
+            return false;
+        }
+        for (std::size_t r = 0; r < own; ++r) {
+            std::copy_n(inverse.data() + r * own, own, pivot + (row + r) * step + row);
+        }
+        // What is left and below of it, times its inverse.
+        for (std::size_t r = next; r < s.m; ++r) {
+            double* left = pivot + r * step + row;
+            std::array<double, maxRows> product{};
+            for (std::size_t l = 0; l < own; ++l) {
+                for (std::size_t c = 0; c < own; ++c) {
+                    product[c] += left[l] * inverse[l * own + c];
+                }
+            }
+            std::copy_n(product.begin(), own, left);
+        }
+        if (kind_ == Kind::General) {
+            std::transform(inverse.begin(), inverse.end(), inverse.begin(), std::negate<>());
+            scaled_.assign(own * s.step, 0.0);
+            subtractProduct({scaled_.data(), s.step}, {inverse.data(), 1, own}, {lower + row * s.step, s.step}, own,
+                            own, s.step);
+            std::copy(scaled_.begin(), scaled_.end(), lower + row * s.step);
+        }
+        const std::size_t rest = s.m - next;
+        const DenseView below{pivot + next * step + row, step, 1};
+        subtractProduct({pivot + next * step + next, step}, below, {pivot + row * step + next, step}, rest, own, rest);
+        subtractProduct({upper + next * s.step, s.step}, below, {upper + row * s.step, s.step}, rest, own, s.step);
+        if (kind_ == Kind::General) {
+            subtractProduct({lower + next * s.step, s.step}, {pivot + row * step + next, 1, step},
+                            {lower + row * s.step, s.step}, rest, own, s.step);
+        }
+    }
+    return true;
+}
+
+void SparseFactor::update(const Supernode& s) {
+    const auto& subtractProduct = denseKernels().subtractProduct;
+    double* upper = matrix_.data() + s.upper;
+    double* lower = matrix_.data() + s.lower;
+    if (kind_ == Kind::Positive) {
+        scaled_.assign(s.m * s.step, 0.0);
+        lower = scaled_.data();
+        for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
+            const std::size_t row = rowOf_[place];
+            const double* inverse = matrix_.data() + s.pivot + row * (s.m + 1);
+            SmallBlock negative{};
+            for (std::size_t r = 0; r < count_[place]; ++r) {
+                for (std::size_t c = 0; c < count_[place]; ++c) {
+                    negative[r * maxRows + c] = -inverse[r * s.m + c];
+                }
+            }
+            subtractProduct({lower + row * s.step, s.step}, {negative.data(), maxRows, 1},
+                            {upper + row * s.step, s.step}, count_[place], count_[place], s.step);
+        }
+    }
+    for (std::size_t g = s.groups; g < s.groupEnd; ++g) {
+        const Group& group = groups_[g];
+        const std::size_t first = laterRow_[group.begin];
+        const std::size_t end = group.end < s.laterEnd ? laterRow_[group.end] : s.n;
+        const auto multiply = [&](double* left, double* right, std::size_t from, bool isUpper) {
+            const std::size_t columns = padded(s.n - from);
+            product_.assign((end - first) * columns, 0.0);
+            subtractProduct({product_.data(), columns}, {left + first, 1, s.step}, {right + from, s.step}, end - first,
+                            s.m, columns);
+            scatter(s, group, isUpper);
+        };
+        multiply(lower, upper, first, true);
+        if (kind_ == Kind::General && end < s.n) {
+            multiply(upper, lower, end, false);
+        }
+    }
+}
+
+void SparseFactor::scatter(const Supernode& s, const Group& group, bool isUpper) {
+    const Supernode& target = supernodes_[at(group.target)];
+    const std::size_t first = laterRow_[group.begin];
+    const std::size_t end = group.end < s.laterEnd ? laterRow_[group.end] : s.n;
+    const std::size_t from = isUpper ? first : end;
+    const std::size_t columns = padded(s.n - from);
+    for (std::size_t i = group.begin; i < group.end; ++i) {
+        const std::size_t place = at(later_[i]);
+        for (std::size_t r = 0; r < count_[place]; ++r) {
+            const double* product = product_.data() + (laterRow_[i] - first + r) * columns;
+            const auto add = [&](double* to, std::size_t k) {
+                const double* mine = product + (laterRow_[k] - from);
+                const std::size_t count = count_[at(later_[k])];
+                for (std::size_t c = 0; c < count; ++c) {
+                    to[c] += mine[c];
+                }
+            };
+            const std::size_t row = rowOf_[place] + r;
+            for (std::size_t k = isUpper ? group.begin : group.end; k < group.end; ++k) {
+                add(matrix_.data() + target.pivot + row * target.m + rowOf_[at(later_[k])], k);
+            }
+            double* panel = matrix_.data() + (isUpper ? target.upper : target.lower) + row * target.step;
+            for (std::size_t k = group.end; k < s.laterEnd; ++k) {
+                add(panel + laterRow_[relative_[group.relative + (k - group.end)]], k);
+            }
+        }
+    }
+}
+
+void SparseFactor::substitute() {
+    const DenseKernels& kernels = denseKernels();
+    const auto multiplyByPivot = [&](const Supernode& s, std::size_t place, const double* x, double* out) {
+        const double* pivot = matrix_.data() + s.pivot + rowOf_[place] * (s.m + 1);
+        std::array<double, maxRows> product{};
+        for (std::size_t r = 0; r < count_[place]; ++r) {
+            for (std::size_t c = 0; c < count_[place]; ++c) {
+                product[r] += pivot[r * s.m + c] * x[c];
+            }
+        }
+        std::copy_n(product.begin(), count_[place], out);
+    };
+    for (const Supernode& s : supernodes_) {
+        double* x = right_.data() + xOf_[at(s.begin)];
+        scaled_.resize(std::max(scaled_.size(), s.m));
+        for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
+            const std::size_t row = rowOf_[place];
+            const std::size_t own = count_[place];
+            for (std::size_t r = row + own; r < s.m; ++r) {
+                const double* left = matrix_.data() + s.pivot + r * s.m + row;
+                for (std::size_t c = 0; c < own; ++c) {
+                    x[r] -= left[c] * x[row + c];
+                }
+            }
+            if (kind_ == Kind::Positive) {
+                multiplyByPivot(s, place, x + row, scaled_.data() + row);
+            } else {
+                std::copy_n(x + row, own, scaled_.data() + row);
+            }
+        }
+        product_.assign(s.step, 0.0);
+        double* panel = matrix_.data() + (kind_ == Kind::Positive ? s.upper : s.lower);
+        kernels.subtractProduct({product_.data(), s.step}, {scaled_.data(), 0, 1}, {panel, s.step}, 1, s.m, s.step);
+        for (std::size_t k = s.later; k < s.laterEnd; ++k) {
+            const std::size_t place = at(later_[k]);
+            for (std::size_t c = 0; c < count_[place]; ++c) {
+                right_[xOf_[place] + c] += product_[laterRow_[k] + c];
+            }
+        }
+    }
+    for (std::size_t i = supernodes_.size(); i-- > 0;) {
+        const Supernode& s = supernodes_[i];
+        double* x = right_.data() + xOf_[at(s.begin)];
+        product_.assign(s.step, 0.0);
+        for (std::size_t k = s.later; k < s.laterEnd; ++k) {
+            const std::size_t place = at(later_[k]);
+            std::copy_n(right_.begin() + static_cast<std::ptrdiff_t>(xOf_[place]), count_[place],
+                        product_.begin() + static_cast<std::ptrdiff_t>(laterRow_[k]));
+        }
+        kernels.subtractDots(x, {matrix_.data() + s.upper, s.step}, product_.data(), s.m, s.step);
+        for (std::size_t place = at(s.end); place-- > at(s.begin);) {
+            const std::size_t row = rowOf_[place];
+            const std::size_t next = row + count_[place];
+            kernels.subtractDots(x + row, {matrix_.data() + s.pivot + row * s.m + next, s.m}, x + next, count_[place],
+                                 s.m - next);
+            multiplyByPivot(s, place, x + row, x + row);
+        }
+    }
+}
+
+}  // namespace cairn

@@ -1,0 +1,110 @@
+#pragma once
+// Factor of a sparse matrix of small dense blocks, a block row a node (a body, a joint), without pivots between nodes:
+// H = L D L^T of what is symmetric and positive definite, H = L D U of what is symmetric in its pattern alone. The
+// order fills in little (approximate minimum degree, Amestoy, Davis and Duff 1996). Nodes that follow each other there
+// and have the same neighbours left, or nearly, are eliminated together, as a dense panel (a supernode: Ng and Peyton
+// 1993). Order and pattern are kept while the graph stays.
+#include "base/base.hpp"
+
+namespace cairn {
+
+class SparseFactor {
+public:
+    enum class Kind { Positive, General };
+    static constexpr std::size_t maxRows = 8;  // of a node
+    using Edge = std::array<int, 2>;           // two nodes, first < second
+
+    // Element (r, c) is at[r * rowStep + c * columnStep].
+    struct Block {
+        double* at;
+        std::size_t rowStep, columnStep;
+        double& operator()(std::size_t r, std::size_t c) const { return at[r * rowStep + c * columnStep]; }
+    };
+
+    explicit SparseFactor(Kind kind) : kind_(kind) {}
+
+    // Prepares for nodes of at most so many rows, and off-diagonal blocks at `edges` (each once); cheap where that is
+    // as it was. False where a factor would cost more than `maxWork`.
+    bool analyse(const std::vector<int>& rows, const std::vector<Edge>& edges, double maxWork);
+    // Of one factor(), known before it is made, and of one substitute(): multiply-adds of 6x6 blocks.
+    double work() const { return work_; }
+    double substitutionWork() const { return substitutionWork_; }
+
+    // Zero, with so many rows of each node (those that take part).
+    void setZero(const std::vector<int>& rows);
+    // To be added to; of positive matrices the block of an edge stands for its transpose, too.
+    Block diagonal(int node);
+    Block edge(std::size_t edge) { return block(edge, false); }
+    Block transposedEdge(std::size_t edge) { return block(edge, true); }  // rows of the second node
+
+    // Turns the matrix into its factor. False: a pivot is singular, or not positive.
+    bool factor();
+    // The right-hand side at the rows of a node, to be written; the solution there after substitute().
+    double* right(int node) { return right_.data() + xOf_[at(placeOf_[at(node)])]; }
+    void substitute();
+
+private:
+    static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+    // Places are positions in the elimination. Panels are row-major: the pivot of m x m, the upper one of m x n and, of
+    // general matrices, the transpose of the lower one, as large.
+    struct Supernode {
+        int begin = 0, end = 0;                // places
+        std::size_t later = 0, laterEnd = 0;   // in later_
+        std::size_t groups = 0, groupEnd = 0;  // in groups_
+        std::size_t m = 0, n = 0;              // rows: its own, and of the later places that it has blocks with
+        std::size_t step = 0;  // of a row of the panels of n columns: whole vectors may be read and written
+        std::size_t pivot = 0, upper = 0, lower = 0;  // in matrix_
+    };
+    // Later places that belong to one supernode, and where there those that come after them are.
+    struct Group {
+        int target;
+        std::size_t begin, end;  // in later_
+        std::size_t relative;    // in relative_
+    };
+    struct EdgePlace {
+        int supernode;
+        int first, second;  // places; the first is of the supernode
+        std::size_t later;  // in later_, of the second; unset where it is of the supernode too
+        bool isInside, isTurned;
+    };
+
+    void order(const std::vector<Edge>& edges);
+    // The later neighbours of each place, fill and all. False where that would cost more than `maxWork`.
+    bool fill(const std::vector<Edge>& edges, double maxWork, std::vector<std::vector<int>>& laterOf);
+    void formSupernodes(const std::vector<std::vector<int>>& laterOf);
+    void connectSupernodes();
+    void placeEdges(const std::vector<Edge>& edges);
+    void layOut();
+    Block block(std::size_t edge, bool transposed);
+    bool eliminate(const Supernode& s);
+    void update(const Supernode& s);
+    void scatter(const Supernode& s, const Group& group, bool isUpper);
+
+    Kind kind_;
+    std::vector<int> rows_;  // of each node, at most
+    std::vector<Edge> edges_;
+    bool serves_ = false;
+    double work_ = 0;
+    double substitutionWork_ = 0;
+
+    std::vector<int> nodeAt_;   // of each place
+    std::vector<int> placeOf_;  // of each node
+    std::vector<int> supernodeOf_;
+    std::vector<Supernode> supernodes_;
+    std::vector<int> later_;  // places, rising within a supernode
+    std::vector<Group> groups_;
+    std::vector<std::size_t> relative_;  // in later_ of the target
+    std::vector<EdgePlace> edgePlaces_;
+
+    std::vector<int> active_;            // of each node, rows that take part
+    std::vector<std::size_t> count_;     // the same, of each place
+    std::vector<std::size_t> rowOf_;     // of each place, its first row in its supernode
+    std::vector<std::size_t> laterRow_;  // of each in later_, its first row (column) in the panels
+    std::vector<std::size_t> xOf_;       // of each place, in right_
+    std::vector<double> matrix_;
+    std::vector<double> right_;
+    std::vector<double> scaled_, product_;  // scratch
+};
+
+}  // namespace cairn

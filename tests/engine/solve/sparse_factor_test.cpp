@@ -1,0 +1,222 @@
+// The sparse factor against dense elimination, and the vector kernels that it works with against plain sums.
+#include "engine/solve/kernels/dense_kernels.hpp"
+#include "engine/solve/newton/joint_factor.hpp"
+#include "tests/engine/dense.hpp"
+#include "tests/engine/engine_kit.hpp"
+
+#include <numeric>
+#include <set>
+
+namespace cairn {
+namespace {
+
+using Edge = SparseFactor::Edge;
+using Kind = SparseFactor::Kind;
+
+std::vector<Edge> randomEdges(TestRandom& random, int nodes, int wanted) {
+    std::set<Edge> edges;
+    for (int k = 0; nodes > 1 && k < wanted; ++k) {
+        const int a = static_cast<int>(random.uniform(0, nodes));
+        const int b = static_cast<int>(random.uniform(0, nodes));
+        if (a != b) {
+            edges.insert({std::min(a, b), std::max(a, b)});
+        }
+    }
+    return {edges.begin(), edges.end()};
+}
+
+Dense randomMatrix(TestRandom& random, int rows, int columns) {
+    return Dense::NullaryExpr(rows, columns, [&] { return random.uniform(-1, 1); });
+}
+
+void add(const SparseFactor::Block& to, const Eigen::MatrixXd& value) {
+    for (Eigen::Index r = 0; r < value.rows(); ++r) {
+        for (Eigen::Index c = 0; c < value.cols(); ++c) {
+            to(static_cast<std::size_t>(r), static_cast<std::size_t>(c)) += value(r, c);
+        }
+    }
+}
+
+// Fills the factor and the dense matrix alike, with `rows` of each node, solves both, and gives the relative error.
+double errorOf(SparseFactor& factor, Kind kind, const std::vector<int>& rows, const std::vector<Edge>& edges,
+               TestRandom& random) {
+    std::vector<int> first(rows.size() + 1, 0);
+    std::partial_sum(rows.begin(), rows.end(), first.begin() + 1);
+    const int size = first.back();
+    Dense H = Dense::Zero(size, size);
+    factor.setZero(rows);
+    std::vector<int> degree(rows.size(), 0);
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+        const std::size_t i = static_cast<std::size_t>(edges[e][0]);
+        const std::size_t j = static_cast<std::size_t>(edges[e][1]);
+        const Dense block = randomMatrix(random, rows[i], rows[j]);
+        const Dense other = kind == Kind::Positive ? Dense(block.transpose()) : randomMatrix(random, rows[j], rows[i]);
+        H.block(first[i], first[j], rows[i], rows[j]) += block;
+        H.block(first[j], first[i], rows[j], rows[i]) += other;
+        if (kind == Kind::Positive && e % 2 == 1) {
+            add(factor.transposedEdge(e), other);
+        } else {
+            add(factor.edge(e), block);
+        }
+        if (kind == Kind::General) {
+            add(factor.transposedEdge(e), other);
+        }
+        ++degree[i];
+        ++degree[j];
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const Dense half = randomMatrix(random, rows[i], rows[i]);
+        Dense block = half * half.transpose();
+        for (int r = 0; r < rows[i]; ++r) {
+            block(r, r) += 8.0 * (1 + degree[i]);
+        }
+        if (kind == Kind::General) {
+            // Its largest numbers off the diagonal: only pivots within the node can take it.
+            block = block.rowwise().reverse().eval();
+        }
+        H.block(first[i], first[i], rows[i], rows[i]) += block;
+        add(factor.diagonal(static_cast<int>(i)), block);
+    }
+    const DenseVector right = randomMatrix(random, size, 1);
+    if (!factor.factor()) {
+        return std::numeric_limits<double>::infinity();
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        std::copy_n(right.data() + first[i], rows[i], factor.right(static_cast<int>(i)));
+    }
+    factor.substitute();
+    const DenseVector expected = H.partialPivLu().solve(right);
+    double worst = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        for (int r = 0; r < rows[i]; ++r) {
+            worst = std::max(worst, std::abs(factor.right(static_cast<int>(i))[r] - expected(first[i] + r)));
+        }
+    }
+    return worst / expected.norm();
+}
+
+TEST(SparseFactor, AgreesWithDense) {
+    for (const Kind kind : {Kind::Positive, Kind::General}) {
+        TestRandom random(1);
+        SparseFactor factor(kind);
+        double worst = 0;
+        for (int trial = 0; trial < 60; ++trial) {
+            const int nodes = 1 + static_cast<int>(random.uniform(0, 25));
+            const std::vector<Edge> edges = randomEdges(random, nodes, trial % 4 * nodes);
+            std::vector<int> most;
+            for (int i = 0; i < nodes; ++i) {
+                most.push_back(trial % 2 == 0 ? 6 : 1 + static_cast<int>(random.uniform(0, 7.99)));
+            }
+            ASSERT_TRUE(factor.analyse(most, edges, 1e9));
+            worst = std::max(worst, errorOf(factor, kind, most, edges, random));
+            // Another matrix on the same pattern, of which some nodes have fewer rows or none.
+            std::vector<int> fewer = most;
+            for (int& rows : fewer) {
+                rows = static_cast<int>(random.uniform(0, rows + 0.99));
+            }
+            worst = std::max(worst, errorOf(factor, kind, fewer, edges, random));
+        }
+        expectBelow("sparse factor, relative error", worst, kind == Kind::Positive ? 2e-15 : 1e-14);
+    }
+}
+
+TEST(SparseFactor, OfAGridOfManySupernodesAgreesWithDense) {
+    constexpr int side = 12;
+    std::vector<Edge> edges;
+    for (int i = 0; i < side * side; ++i) {
+        if (i % side > 0) {
+            edges.push_back({i - 1, i});
+        }
+        if (i >= side) {
+            edges.push_back({i - side, i});
+        }
+    }
+    TestRandom random(2);
+    const std::vector<int> rows(side * side, 3);
+    for (const Kind kind : {Kind::Positive, Kind::General}) {
+        SparseFactor factor(kind);
+        ASSERT_TRUE(factor.analyse(rows, edges, 1e9));
+        expectBelow("grid, relative error", errorOf(factor, kind, rows, edges, random), 2e-15);
+    }
+}
+
+TEST(SparseFactor, RefusesWhatIsNotPositive) {
+    SparseFactor factor(Kind::Positive);
+    ASSERT_TRUE(factor.analyse({6, 6}, {{0, 1}}, 1e9));
+    factor.setZero({6, 6});
+    add(factor.diagonal(0), Eigen::MatrixXd::Identity(6, 6));
+    add(factor.diagonal(1), Eigen::MatrixXd::Identity(6, 6));
+    add(factor.edge(0), 2 * Eigen::MatrixXd::Identity(6, 6));
+    EXPECT_FALSE(factor.factor());
+}
+
+TEST(SparseFactor, RefusesWhatIsSingular) {
+    SparseFactor factor(Kind::General);
+    ASSERT_TRUE(factor.analyse({2, 2}, {{0, 1}}, 1e9));
+    factor.setZero({2, 2});
+    add(factor.diagonal(0), Eigen::MatrixXd::Identity(2, 2));
+    add(factor.diagonal(1), Eigen::MatrixXd::Ones(2, 2));
+    EXPECT_FALSE(factor.factor());
+}
+
+TEST(SparseFactor, OfAChainIsLinear) {
+    const auto factorOf = [](int nodes, double maxWork, SparseFactor& factor) {
+        std::vector<Edge> edges;
+        for (int i = 0; i + 1 < nodes; ++i) {
+            edges.push_back({i, i + 1});
+        }
+        return factor.analyse(std::vector<int>(static_cast<std::size_t>(nodes), 6), edges, maxWork);
+    };
+    SparseFactor small(Kind::Positive);
+    SparseFactor large(Kind::Positive);
+    ASSERT_TRUE(factorOf(100, 1e9, small));
+    ASSERT_TRUE(factorOf(400, 1e9, large));
+    EXPECT_NEAR(large.work() / small.work(), 4, 0.1);
+    // No fill: each substitution takes two sixths of a product for each of the 99 edges.
+    EXPECT_NEAR(small.substitutionWork(), 2 * 99 / 6.0, 1e-12);
+    SparseFactor bounded(Kind::Positive);
+    EXPECT_FALSE(factorOf(400, 100, bounded)) << "what costs more than is allowed is refused";
+}
+
+TEST(DenseKernels, EverySetOfInstructionsHasTheSameBits) {
+    TestRandom random(3);
+    for (const std::size_t columns : {1, 3, 7, 8, 13, 16, 37, 64, 150}) {
+        for (const std::size_t rows : {1, 3, 4, 6, 11}) {
+            constexpr std::size_t inner = 9;
+            const std::size_t step = columns + 5;
+            const Dense left = randomMatrix(random, static_cast<int>(inner), static_cast<int>(rows));
+            const Dense out = randomMatrix(random, static_cast<int>(step), static_cast<int>(rows));
+            Dense right = randomMatrix(random, static_cast<int>(step), static_cast<int>(inner));
+            const DenseVector x = randomMatrix(random, static_cast<int>(columns), 1);
+            // Column-major storage of the transposes is row-major storage.
+            Dense expected = out;
+            DenseVector dots = DenseVector::Zero(static_cast<int>(inner));
+            for (std::size_t r = 0; r < rows; ++r) {
+                for (std::size_t c = 0; c < columns; ++c) {
+                    for (std::size_t l = 0; l < inner; ++l) {
+                        expected.data()[r * step + c] -= left.data()[r * inner + l] * right.data()[l * step + c];
+                    }
+                }
+            }
+            for (std::size_t l = 0; l < inner; ++l) {
+                for (std::size_t c = 0; c < columns; ++c) {
+                    dots.data()[l] -= right.data()[l * step + c] * x.data()[c];
+                }
+            }
+            std::vector<DenseVector> sums;
+            for (const DenseKernels& kernels : allDenseKernels()) {
+                Dense mine = out;
+                kernels.subtractProduct({mine.data(), step}, {left.data(), inner, 1}, {right.data(), step}, rows, inner,
+                                        columns);
+                EXPECT_EQ(mine, expected) << kernels.target << ' ' << rows << " x " << columns;
+                sums.emplace_back(DenseVector::Zero(static_cast<int>(inner)));
+                kernels.subtractDots(sums.back().data(), {right.data(), step}, x.data(), inner, columns);
+                EXPECT_EQ(sums.back(), sums.front()) << kernels.target << ' ' << columns;
+                EXPECT_LT((sums.back() - dots).cwiseAbs().maxCoeff(), 4e-14);
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace cairn
