@@ -138,7 +138,7 @@ void Auto<S>::chooseByFactor(Problem<S>& problem, double maxWork, StepPlan& plan
                                  static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
     if (cost.step > std::max(bound, sweptRow * cost.rows)) {
         plan.reason = PlanReason::TooLarge;
-    } else if (visitsOfProduct * cost.factor > maxWork) {
+    } else if (visitsOfProduct * (problem.joints.empty() ? cost.step : cost.factor) > maxWork) {
         plan.reason = PlanReason::TooDear;
     }
     plan.isFactorRefused = plan.sweeps();
