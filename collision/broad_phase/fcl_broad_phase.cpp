@@ -74,6 +74,7 @@ struct BroadPhase::Impl {
     BoxTree moving;
     BoxTree still;
     std::vector<ProxyId> toAsk;  // whose pairs are to be found anew by the next update
+    bool someMoved = false;      // boxes are newer than the trees' copies
     bool someCameToRest = false;
     std::vector<ProxyPair> pairs;
     std::size_t reinserted = 0;
@@ -152,6 +153,7 @@ struct BroadPhase::Impl {
         }
         BoxTree::setBox(leaves[id], box);
         set(id, flag::isMoved);
+        someMoved = true;
         ask(id);
     }
 
@@ -203,6 +205,9 @@ struct BroadPhase::Impl {
                 f(id);
             }
         }
+        if (!someMoved) {
+            return;
+        }
         for (const ProxyId id : toAsk) {
             if (has(id, flag::isThere) && has(id, flag::isMoved)) {
                 f(id);
@@ -211,6 +216,7 @@ struct BroadPhase::Impl {
     }
 
     void reinsert() {
+        someMoved = false;
         changedMoving.clear();
         changedStill.clear();
         for (const ProxyId id : toAsk) {
