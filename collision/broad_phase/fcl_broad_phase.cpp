@@ -422,25 +422,29 @@ const std::vector<ProxyPair>& BroadPhase::pairs() const {
 }
 
 std::vector<ProxyId> BroadPhase::query(const Aabb& region) const {
+    std::vector<ProxyId> ids;
+    forEachIn(region, [&](ProxyId id) { ids.push_back(id); });
+    std::sort(ids.begin(), ids.end());
+    return ids;
+}
+
+void BroadPhase::forEachIn(const Aabb& region, FunctionRef<void(ProxyId)> visit) const {
     checkBox(region);
     const Impl& impl = *impl_;
-    std::vector<ProxyId> ids;
     // What has moved since the last update is asked one by one, as the trees know its old box only.
     const auto meetUnmoved = [&](ProxyId id) {
         if (!impl.has(id, flag::isMoved)) {
-            ids.push_back(id);
+            visit(id);
         }
     };
-    std::vector<const Node*> open;
+    static thread_local std::vector<const Node*> open;
     impl.moving.visit(region, open, meetUnmoved);
     impl.still.visit(region, open, meetUnmoved);
     impl.forEachOutside([&](ProxyId id) {
         if (impl.fat(id).overlaps(region)) {
-            ids.push_back(id);
+            visit(id);
         }
     });
-    std::sort(ids.begin(), ids.end());
-    return ids;
 }
 
 // measure(low, high, limit): how far a box is along the walk, infinite where it is out of it.
