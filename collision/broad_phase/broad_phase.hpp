@@ -63,6 +63,8 @@ public:
     // The ids whose fat boxes overlap `region`, sorted; they are as the last add(), remove() or move() left them.
     // Thread-safe beside other queries.
     std::vector<ProxyId> query(const Aabb& region) const;
+    // The same in any order, each once, without a list. visit() must not come back here.
+    void forEachIn(const Aabb& region, FunctionRef<void(ProxyId)> visit) const;
     // The walks below call visit(id, limit) for the bodies whose fat boxes are in question, roughly the nearest first;
     // it answers the new limit, no greater than the old one, beyond which nothing is asked; one below 0 ends the walk.
     // Which bodies end up asked may depend on the tree's history, so an answer must not hang on the order: of equal

@@ -74,6 +74,7 @@ struct BroadPhase::Impl {
     BoxTree moving;
     BoxTree still;
     std::vector<ProxyId> toAsk;  // whose pairs are to be found anew by the next update
+    bool someMoved = false;      // boxes are newer than the trees' copies
     bool someCameToRest = false;
     std::vector<ProxyPair> pairs;
     std::size_t reinserted = 0;
@@ -152,6 +153,7 @@ struct BroadPhase::Impl {
         }
         BoxTree::setBox(leaves[id], box);
         set(id, flag::isMoved);
+        someMoved = true;
         ask(id);
     }
 
@@ -203,6 +205,9 @@ struct BroadPhase::Impl {
                 f(id);
             }
         }
+        if (!someMoved) {
+            return;
+        }
         for (const ProxyId id : toAsk) {
             if (has(id, flag::isThere) && has(id, flag::isMoved)) {
                 f(id);
@@ -211,6 +216,7 @@ struct BroadPhase::Impl {
     }
 
     void reinsert() {
+        someMoved = false;
         changedMoving.clear();
         changedStill.clear();
         for (const ProxyId id : toAsk) {
@@ -416,25 +422,29 @@ const std::vector<ProxyPair>& BroadPhase::pairs() const {
 }
 
 std::vector<ProxyId> BroadPhase::query(const Aabb& region) const {
+    std::vector<ProxyId> ids;
+    forEachIn(region, [&](ProxyId id) { ids.push_back(id); });
+    std::sort(ids.begin(), ids.end());
+    return ids;
+}
+
+void BroadPhase::forEachIn(const Aabb& region, FunctionRef<void(ProxyId)> visit) const {
     checkBox(region);
     const Impl& impl = *impl_;
-    std::vector<ProxyId> ids;
     // What has moved since the last update is asked one by one, as the trees know its old box only.
     const auto meetUnmoved = [&](ProxyId id) {
         if (!impl.has(id, flag::isMoved)) {
-            ids.push_back(id);
+            visit(id);
         }
     };
-    std::vector<const Node*> open;
+    static thread_local std::vector<const Node*> open;
     impl.moving.visit(region, open, meetUnmoved);
     impl.still.visit(region, open, meetUnmoved);
     impl.forEachOutside([&](ProxyId id) {
         if (impl.fat(id).overlaps(region)) {
-            ids.push_back(id);
+            visit(id);
         }
     });
-    std::sort(ids.begin(), ids.end());
-    return ids;
 }
 
 // measure(low, high, limit): how far a box is along the walk, infinite where it is out of it.

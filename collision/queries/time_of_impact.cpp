@@ -33,6 +33,14 @@ double armOf(const Shape& shape, const Vec3d& centre) {
     }
 }
 
+// The most by which shapes with such arms near each other along a direction of the world, m a motion; at least 0.
+double approachOf(const Motion& motionA, double armA, const Motion& motionB, double armB, const Vec3d& direction) {
+    const double along = (motionA.displacement - motionB.displacement).dot(direction);
+    const double turnB = direction.cross(motionB.turn).norm() * armB;
+    const double turnA = direction.cross(motionA.turn).norm() * armA;
+    return std::max(0.0, along + turnA + turnB);
+}
+
 // While two shapes were within the gap of each other without a meeting: from impact.fraction to `end`.
 struct Closeness {
     Impact impact;
@@ -48,10 +56,18 @@ struct Slack {
 // Two convex shapes (A may be a triangle or a half-space) on their way.
 class Pair {
 public:
-    // poses: of the shapes in their bodies.
+    // poses: of the shapes in their bodies. isAlone: nobody else asks when they were close.
     Pair(const Motion& motionA, const Posed& poseA, const Motion& motionB, const Posed& poseB, const Convex& a,
-         const Convex& b, double armA, double armB)
-        : motionA_(motionA), motionB_(motionB), poseA_(poseA), poseB_(poseB), a_(a), b_(b), armA_(armA), armB_(armB) {
+         const Convex& b, double armA, double armB, bool isAlone)
+        : motionA_(motionA),
+          motionB_(motionB),
+          poseA_(poseA),
+          poseB_(poseB),
+          a_(a),
+          b_(b),
+          armA_(armA),
+          armB_(armB),
+          isAlone_(isAlone) {
         b_.placed = true;
     }
 
@@ -64,23 +80,18 @@ public:
 
     // Whether one direction shows, by four supports instead of a search, that they come nowhere near on their way; or,
     // where only a meeting is asked for, get no deeper than the slack.
-    bool staysApart(const Slack& slack, bool asksMeetingOnly) {
+    bool staysApart(const Slack& slack) {
         if (isPlane_) {
             return false;
         }
-        const double least = asksMeetingOnly && slack.maxDepth > 0 ? -slack.maxDepth : slack.gap + slack.tolerance;
+        const double least = isAlone_ && slack.maxDepth > 0 ? -slack.maxDepth : slack.gap + slack.tolerance;
         place(0);
         normal_ = faceBetween();
+        const double bound = least + slack.tolerance + bendIn(1);
         const Vec3d fixed = rotationA_ * normal_;
-        // What turns goes beyond the line between start and end by this at most: a chord's sagitta.
-        const double bend =
-            0.125 * (armA_ * motionA_.turn.squaredNorm() + armB_ * motionB_.turn.squaredNorm()) + slack.tolerance;
-        bool isApart = along() - bend > least;
-        if (isApart) {
-            place(1);
-            normal_ = rotationA_.transpose() * fixed;
-            isApart = along() - bend > least;
-        }
+        const double now = along();
+        const bool isApart = now - approachOf(motionA_, armA_, motionB_, armB_, fixed) > least + slack.tolerance ||
+                             (now > bound && alongAt(1, fixed) > bound);
         normal_.setZero();
         return isApart;
     }
@@ -128,8 +139,20 @@ public:
             }
             const double target = wasClose ? floor : slack.gap;
             const Vec3d fixed = rotationA_ * normal_;
+            const double speed = approachOf(motionA_, armA_, motionB_, armB_, fixed);
+            // Others want to know from when to when this pair was close; where there are none, only depth counts.
+            const double least = isAlone_ && slack.maxDepth >= 0 ? floor : target;
+            if (search == 0 && !isPlane_ && (isAlone_ || !wasClose)) {
+                if (separation_ - speed * (limit - t) > least + slack.tolerance) {
+                    return false;
+                }
+                const View first{t, fixed, separation_};
+                if (staysAbove(least + slack.tolerance, first)) {
+                    return false;
+                }
+                separation_ = first.separation;
+            }
             for (int step = 0; step < stepsAlong; ++step) {
-                const double speed = approach(fixed);
                 // At a speed of 0 or less they never get nearer along this direction.
                 t = speed <= 0 ? infinity : t + (separation_ - target) / speed;
                 if (t >= limit) {
@@ -139,9 +162,7 @@ public:
                     return false;
                 }
                 place(t);
-                if (!isPlane_) {
-                    normal_ = rotationA_.transpose() * fixed;
-                }
+                turnTo(fixed);
                 separation_ = along();
                 if (separation_ <= target + slack.tolerance || isPlane_) {
                     break;
@@ -157,15 +178,53 @@ public:
         return true;
     }
 
-    // The most by which they near each other along a direction, m a motion.
-    double approach(const Vec3d& worldNormal) const {
-        const double along = (motionA_.displacement - motionB_.displacement).dot(worldNormal);
-        const double turnB = worldNormal.cross(motionB_.turn).norm() * armB_;
-        const double turnA = worldNormal.cross(motionA_.turn).norm() * armA_;
-        return along + turnA + turnB;
+private:
+    // How far apart they are at a time along a direction of the world.
+    struct View {
+        double t;
+        Vec3d direction;
+        double separation;
+    };
+    View lookAt(double t, const Vec3d& likely) {
+        place(t);
+        turnTo(likely);
+        look();
+        return {t, rotationA_ * normal_, separation_};
+    }
+    double alongAt(double t, const Vec3d& direction) {
+        place(t);
+        turnTo(direction);
+        return along();
     }
 
-private:
+    // What turns goes beyond the line between start and end by this at most, m: a chord's sagitta.
+    double bendIn(double time) const {
+        return 0.125 * time * time * (armA_ * motionA_.turn.squaredNorm() + armB_ * motionB_.turn.squaredNorm());
+    }
+
+    // Whether a few directions show that they stay farther apart than `least` to the end: most that come close only
+    // pass each other, and the search takes many steps to tell. Leaves them elsewhere.
+    bool staysAbove(double least, const View& first) {
+        const double bend = bendIn(1 - first.t);
+        if (first.separation - bend > least && alongAt(1, first.direction) - bend > least) {
+            return true;
+        }
+        const View last = lookAt(1, first.direction);
+        if (last.separation <= least) {
+            return false;
+        }
+        if (last.separation - bend > least && alongAt(first.t, last.direction) - bend > least) {
+            return true;
+        }
+        const View middle = lookAt(0.5 * (first.t + 1), first.direction);
+        return staysAbove(least, first, middle) && staysAbove(least, middle, last);
+    }
+    bool staysAbove(double least, const View& from, const View& to) {
+        const double bound = least + bendIn(to.t - from.t);
+        return std::min(from.separation, to.separation) > bound &&
+               (alongAt(to.t, from.direction) > bound || alongAt(from.t, to.direction) > bound);
+    }
+
     void place(double t) {
         const Posed worldFromA = motionA_.at(t) * poseA_;
         const Posed worldFromB = motionB_.at(t) * poseB_;
@@ -174,6 +233,13 @@ private:
         rotationA_ = worldFromA.rotation.toRotationMatrix();
         b_.rotation = aFromB.rotation.toRotationMatrix();
         b_.position = aFromB.position;
+    }
+
+    // Makes a direction of the world the present one; a plane keeps its own.
+    void turnTo(const Vec3d& fixed) {
+        if (!isPlane_) {
+            normal_ = rotationA_.transpose() * fixed;
+        }
     }
 
     // Of a box the face that the other's centre is farthest outside of, else the line between their centres; from A to
@@ -253,6 +319,7 @@ private:
     Convex b_;
     double armA_;
     double armB_;
+    bool isAlone_;
     bool isPlane_ = false;
     double offset_ = 0;
     Vec3d normal_ = Vec3d::Zero();  // A's shape frame, A to B
@@ -289,7 +356,7 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
                      std::vector<Closeness>& passed) {
     const Convex b = makeConvex(s.second);
     const double armB = armOf(s.second, s.secondMotion.centre);
-    const double radius = boundingRadius({&s.second, 1}, s.secondMotion.centre) + slack.gap;
+    const double radius = boundingRadius({&s.second, 1}, s.secondMotion.centre);
     // The path of B's centre in the frame of the surface.
     const Posed worldFromSurface = s.firstMotion.start * s.first.pose;
     const Posed centre0 = relativePose(worldFromSurface, Posed{s.secondMotion.start * s.secondMotion.centre, {}});
@@ -306,48 +373,57 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
         bend = 2 * arm * std::min(1.0, 0.5 * s.firstMotion.turn.norm());
     }
     const Posed shapeB = relativePose(worldFromSurface, s.secondMotion.start * s.second.pose);
-    Convex placed = b;
-    placed.placed = true;
-    placed.rotation = shapeB.rotation.toRotationMatrix();
-    placed.position = shapeB.position;
+    const Convex placed = makeConvex(s.second, shapeB.rotation.toRotationMatrix(), shapeB.position);
     const Vec3d inside = centreOf(placed);
+    // Where its start may take it: its box, as far as it turns, or the ball that it turns in.
+    const Aabb box = boxOf(placed);
+    const double turning = (s.firstMotion.turn.norm() + s.secondMotion.turn.norm()) * armB;
+    const Aabb start{(box.min.array() - turning).max(centre0.position.array() - radius),
+                     (box.max.array() + turning).min(centre0.position.array() + radius)};
+    const Vec3d half = (0.5 * (start.max - start.min)).array() + (slack.gap + slack.tolerance + bend);
     bool found = false;
-    castBoxAtTriangles(
-        s.first, centre0.position, motion, Vec3d::Constant(radius + bend), limit, [&](int index, double within) {
-            const Triangle t = triangleOf(s.first, index);
-            if (!backFaces && t.face.dot(inside - t.corners[0]) < 0) {
-                return within;
+    int hint = 0;
+    castBoxAtTriangles(s.first, 0.5 * (start.min + start.max), motion, half, limit, [&](int index, double within) {
+        const Triangle t = triangleOf(s.first, index);
+        if (!backFaces && t.face.dot(inside - t.corners[0]) < 0) {
+            return within;
+        }
+        double armA = 0;
+        for (const Vec3d& corner : t.corners) {
+            armA = std::max(armA, (s.first.pose * corner - s.firstMotion.centre).norm());
+        }
+        // Most are flown past, high above their planes.
+        const double above = -supportDistance(placed, -t.face, hint) - t.face.dot(t.corners[0]);
+        if (above - approachOf(s.firstMotion, armA, s.secondMotion, armB, worldFromSurface.rotation * t.face) >
+            slack.gap + 2 * slack.tolerance) {
+            return within;
+        }
+        Pair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose,
+                  makeTriangle(t.corners[0], t.corners[1], t.corners[2]), b, armA, armB, false);
+        Impact at;
+        // Over an edge that no side is free of, only the face can be run into.
+        const auto takeFace = [&](Impact& of) {
+            const Mat3d turn = (s.firstMotion.at(of.fraction) * s.first.pose).rotation.toRotationMatrix();
+            const Vec3d n = turn.transpose() * of.normal;
+            if (!backFaces && n.dot(t.face) < sameNormal && ((t.active >> edgeToward(t, n)) & 1u) == 0) {
+                of.normal = turn * t.face;
             }
-            double armA = 0;
-            for (const Vec3d& corner : t.corners) {
-                armA = std::max(armA, (s.first.pose * corner - s.firstMotion.centre).norm());
-            }
-            Pair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose,
-                      makeTriangle(t.corners[0], t.corners[1], t.corners[2]), b, armA, armB);
-            Impact at;
-            // Over an edge that no side is free of, only the face can be run into.
-            const auto takeFace = [&](Impact& of) {
-                const Mat3d turn = (s.firstMotion.at(of.fraction) * s.first.pose).rotation.toRotationMatrix();
-                const Vec3d n = turn.transpose() * of.normal;
-                if (!backFaces && n.dot(t.face) < sameNormal && ((t.active >> edgeToward(t, n)) & 1u) == 0) {
-                    of.normal = turn * t.face;
-                }
-            };
-            const std::size_t first = passed.size();
-            const bool met = pair.run(slack, within, at, passed);
-            for (std::size_t k = first; k < passed.size(); ++k) {
-                passed[k].impact.triangle = index;
-                takeFace(passed[k].impact);
-            }
-            if (!met || (found && at.fraction == impact.fraction && index > impact.triangle)) {
-                return within;
-            }
-            found = true;
-            impact = at;
-            impact.triangle = index;
-            takeFace(impact);
-            return at.fraction;
-        });
+        };
+        const std::size_t first = passed.size();
+        const bool met = pair.run(slack, within, at, passed);
+        for (std::size_t k = first; k < passed.size(); ++k) {
+            passed[k].impact.triangle = index;
+            takeFace(passed[k].impact);
+        }
+        if (!met || (found && at.fraction == impact.fraction && index > impact.triangle)) {
+            return within;
+        }
+        found = true;
+        impact = at;
+        impact.triangle = index;
+        takeFace(impact);
+        return at.fraction;
+    });
     return found;
 }
 
@@ -365,13 +441,13 @@ bool impactOf(const Sides& s, const ImpactSettings& settings, double tolerance, 
             (s.secondMotion.displacement - s.firstMotion.displacement).norm() +
             boundingRadius({&s.second, 1}, s.secondMotion.centre);
         Pair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose, Convex{}, makeConvex(s.second), distance,
-                  armB);
+                  armB, s.isAlone);
         pair.setPlane(s.first.size, s.first.offset);
         return pair.run(slack, limit, impact, passed);
     }
     Pair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose, makeConvex(s.first), makeConvex(s.second),
-              armOf(s.first, s.firstMotion.centre), armB);
-    return !pair.staysApart(slack, s.isAlone) && pair.run(slack, limit, impact, passed);
+              armOf(s.first, s.firstMotion.centre), armB, s.isAlone);
+    return !pair.staysApart(slack) && pair.run(slack, limit, impact, passed);
 }
 
 // Where, in the frame that a body starts in, it may come near another one's shapes on the way of both.
@@ -385,23 +461,24 @@ Aabb reachOf(const Motion& motion, std::span<const Shape> others, const Motion& 
 
 std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
                                   const Motion& motionB, const ImpactSettings& settings, double tolerance,
-                                  bool backFaces) {
+                                  bool backFaces, const PartBoxes& boxes = {}) {
     std::optional<Impact> best;
     std::vector<Closeness> passed;
     double limit = std::nextafter(1.0, 2.0);  // a meeting at the very end counts
     const bool isAlone = a.size() == 1 && b.size() == 1;
-    const auto mayReach = [](std::span<const Shape> parts, std::size_t k, const Aabb& reach) {
-        return parts.size() == 1 || bounds(parts.subspan(k, 1), {}).overlaps(reach);
+    const auto mayReach = [](std::span<const Shape> parts, std::span<const Aabb> known, std::size_t k,
+                             const Aabb& reach) {
+        return parts.size() == 1 || (known.empty() ? bounds(parts.subspan(k, 1), {}) : known[k]).overlaps(reach);
     };
     const Aabb reachA = a.size() == 1 ? Aabb() : reachOf(motionA, b, motionB, settings.gap + tolerance);
     const Aabb reachB = b.size() == 1 ? Aabb() : reachOf(motionB, a, motionA, settings.gap + tolerance);
     for (std::uint32_t i = 0; i < a.size(); ++i) {
-        if (!mayReach(a, i, reachA)) {
+        if (!mayReach(a, boxes.a, i, reachA)) {
             continue;
         }
         for (std::uint32_t j = 0; j < b.size(); ++j) {
             const bool swapped = !isConvex(b[j].kind);
-            if ((swapped && !isConvex(a[i].kind)) || !mayReach(b, j, reachB)) {
+            if ((swapped && !isConvex(a[i].kind)) || !mayReach(b, boxes.b, j, reachB)) {
                 continue;
             }
             const Sides sides =
@@ -454,10 +531,10 @@ Posed Motion::at(double fraction) const {
 }
 
 std::optional<Impact> timeOfImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
-                                   const Motion& motionB, const ImpactSettings& settings) {
+                                   const Motion& motionB, const ImpactSettings& settings, const PartBoxes& boxes) {
     CAIRN_CHECK(settings.gap > 0 && settings.slack >= 0 && settings.slackShare < 1,
                 "a gap must be positive, slack not negative, and less than what comes out on the other side");
-    return firstImpact(a, motionA, b, motionB, settings, 0.1 * settings.gap, false);
+    return firstImpact(a, motionA, b, motionB, settings, 0.1 * settings.gap, false, boxes);
 }
 
 std::optional<Impact> shapeCast(std::span<const Shape> moving, const Posed& start, const Vec3d& displacement,
@@ -480,6 +557,14 @@ std::optional<Impact> shapeCast(std::span<const Shape> moving, const Posed& star
         }
     }
     return hit;
+}
+
+std::vector<Aabb> partBoxes(std::span<const Shape> shapes) {
+    std::vector<Aabb> boxes;
+    for (const Shape& shape : shapes) {
+        boxes.push_back(bounds({&shape, 1}, {}));
+    }
+    return boxes;
 }
 
 double turningRadius(std::span<const Shape> shapes, const Vec3d& centre) {

@@ -1,11 +1,11 @@
 #include "engine/world/continuous.hpp"
 #include "collision/queries/time_of_impact.hpp"
+#include "collision/shapes/hull.hpp"
 
 #include <algorithm>
-#include <map>
+#include <bit>
 #include <numbers>
 #include <numeric>
-#include <unordered_map>
 
 namespace cairn {
 namespace {
@@ -35,36 +35,135 @@ double slackOf(double innerRadius) {
     return std::max(0.25 * innerRadius, std::min(mostSlackShare * innerRadius, deep));
 }
 
-// A fast body, and what it met.
-struct CcdQuery {
-    ProxyId body = 0;
-    std::vector<ProxyId> candidates;  // in rising order
-    bool isAsked = true;              // in this iteration
-    bool asksAll = true;              // its own motion has changed since it was asked
-    bool meets = false;
+constexpr double noMeeting = 2;  // as a fraction of the step
+constexpr double noDepth = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t none = UINT32_MAX;
+constexpr std::size_t chunkSize = 16;  // fast bodies in one job; the same for any number of threads
+// m: twice that within which timeOfImpact finds depths, and the distance from which on it finds nothing near.
+constexpr double tolerance = 2e-4;
+constexpr double nearby = 2e-3;
+
+// What a fast body met at another one.
+struct Met {
+    double fraction = noMeeting;
     bool isExact = true;
-    double fraction = 1;
-    ProxyId other = 0;
 };
 
-// A body's motion through the step, as far as it is let go.
+// A body that has a part: its motion through the step as far as it is let go, and what tells in a few multiplications
+// that it misses another one.
 struct Trajectory {
+    // m, world: the box that all of it stays in, moved along with the displacement.
+    Vec3d middle = Vec3d::Zero();
+    Vec3d half = Vec3d::Zero();
     Motion motion;
-    double kept = 1;      // share of the step in which it moved
-    bool isHeld = false;  // at any time
-    bool isNew = true;    // changed after the last iteration
+    Vec3d centre = Vec3d::Zero();  // m, world: of mass, at the start
+    double radius = 0;             // m, about it
+    double arm = 0;                // m: turning by an angle moves no point that matters farther than angle times this
+    double inner = 0;              // m, least of its convex shapes'
+    ProxyId body = 0;
+    bool isSingle = true;
+    bool isNew = true;  // changed after the last iteration
+    // Of fast bodies.
+    bool isAsked = true;      // in this iteration
+    bool asksAll = true;      // its own motion has changed since it was asked
+    Met met;                  // in this iteration
+    std::uint32_t other = 0;  // whom
+    bool isHeld = false;      // at any time
+    double kept = 1;          // share of the step in which it moved
+    std::vector<Aabb> parts;  // the body's, where it has several
 };
 
-// Whether balls about the centres of mass, which all of a body is in, come within `gap` of each other.
-bool mayMeet(const Motion& a, double radiusA, const Motion& b, double radiusB, double gap) {
-    if (!std::isfinite(radiusA + radiusB)) {
+// A fast body and one that its way leads past; by number of trajectory.
+struct Encounter {
+    std::uint32_t fast = 0;
+    std::uint32_t other = 0;
+    bool isMutual = false;  // the other one is fast too
+    Met ofFast;
+    Met ofOther;
+};
+
+// Numbers of the few bodies among many that have a part: open addressing, half of the places free.
+class NumberOfBody {
+public:
+    // Its number, which is `next` where it had none.
+    std::uint32_t findOrAdd(ProxyId body, std::uint32_t next) {
+        if (2 * (count_ + 1) > places_.size()) {
+            grow();
+        }
+        Place& place = places_[placeOf(body)];
+        if (place.number == none) {
+            place = {body, next};
+            ++count_;
+        }
+        return place.number;
+    }
+    std::uint32_t find(ProxyId body) const { return places_.empty() ? none : places_[placeOf(body)].number; }
+
+private:
+    struct Place {
+        ProxyId body = 0;
+        std::uint32_t number = none;
+    };
+    std::size_t placeOf(ProxyId body) const {
+        std::size_t at = body * 0x9E3779B97F4A7C15U >> shift_;
+        while (places_[at].number != none && places_[at].body != body) {
+            at = (at + 1) % places_.size();
+        }
+        return at;
+    }
+    void grow() {
+        std::vector<Place> before(places_.empty() ? 64 : 2 * places_.size());
+        before.swap(places_);
+        shift_ = 64 - std::countr_zero(places_.size());
+        for (const Place& place : before) {
+            if (place.number != none) {
+                places_[placeOf(place.body)] = place;
+            }
+        }
+    }
+
+    std::vector<Place> places_;  // a power of two
+    std::size_t count_ = 0;
+    int shift_ = 0;
+};
+
+// Who is held back where.
+struct Held {
+    std::uint32_t trajectory = 0;
+    double fraction = 1;  // of its motion so far
+    Motion motion;
+};
+
+// How deep (m) a fast body may get in another one.
+double depthLeft(const Trajectory& fast, const Trajectory& other) {
+    return std::min(slackOf(fast.inner), mostSlackShare * std::min(fast.inner, other.inner));
+}
+
+// Whether their boxes, and balls about their centres of mass, get deeper in each other than `depth` (m; below 0: come
+// nearer than that).
+bool mayMeet(const Trajectory& a, const Trajectory& b, double depth) {
+    const double reach = a.radius + b.radius - depth;
+    if (!std::isfinite(reach)) {
         return true;
     }
-    const Vec3d start = b.start * b.centre - a.start * a.centre;
-    const Vec3d relative = b.displacement - a.displacement;
+    const Vec3d relative = b.motion.displacement - a.motion.displacement;
+    const Vec3d halfway = b.middle - a.middle + 0.5 * relative;
+    if ((halfway.cwiseAbs() - 0.5 * relative.cwiseAbs() - a.half - b.half).maxCoeff() > -depth) {
+        return false;
+    }
+    const Vec3d start = b.centre - a.centre;
     const double length = relative.squaredNorm();
     const double nearest = length > 0 ? std::clamp(-start.dot(relative) / length, 0.0, 1.0) : 0;
-    return (start + nearest * relative).norm() <= radiusA + radiusB + gap;
+    return (start + nearest * relative).squaredNorm() <= reach * reach;
+}
+
+// The farthest that a point of B that matters is moved in the frame of A, m: what goes or turns along with A is not. Of
+// what has no end NaN.
+double distanceMoved(const Trajectory& a, const Trajectory& b) {
+    const Vec3d apart = b.centre - a.centre;
+    const Vec3d& turn = a.motion.turn;
+    const Vec3d along = b.motion.displacement - a.motion.displacement - turn.cross(apart);
+    return along.norm() + 0.5 * turn.squaredNorm() * apart.norm() + (b.motion.turn - turn).norm() * b.arm;
 }
 
 template <class S>
@@ -84,17 +183,25 @@ public:
 
     CcdCounts run(JobSystem& jobs) {
         choose();
-        counts_.bodies = static_cast<int>(queries_.size());
-        parallelFor(jobs, queries_.size(), 1, [&](std::size_t k) { findCandidates(queries_[k]); });
-        findTrajectories();
-        for (int iteration = 0; iteration < maxIterations && !queries_.empty(); ++iteration) {
-            parallelFor(jobs, queries_.size(), 1, [&](std::size_t k) { ask(queries_[k]); });
+        counts_.bodies = static_cast<int>(fastCount_);
+        parallelFor(jobs, fastCount_, chunkSize,
+                    [&](std::size_t k) { follow(trajectories_[k], motionOf(trajectories_[k].body)); });
+        chunks_.resize((fastCount_ + chunkSize - 1) / chunkSize);
+        parallelFor(jobs, chunks_.size(), 1, [&](std::size_t k) { findEncounters(k); });
+        nameTrajectories();
+        for (int iteration = 0; iteration < maxIterations && fastCount_ > 0; ++iteration) {
+            parallelFor(jobs, chunks_.size(), 1, [&](std::size_t k) {
+                for (Encounter& encounter : chunks_[k]) {
+                    ask(encounter);
+                }
+            });
+            takeFirst();
             if (!holdBack()) {
                 return counts_;
             }
         }
-        for (const CcdQuery& query : queries_) {
-            counts_.unresolved += query.isAsked ? 1 : 0;
+        for (std::size_t k = 0; k < fastCount_; ++k) {
+            counts_.unresolved += trajectories_[k].isAsked ? 1 : 0;
         }
         return counts_;
     }
@@ -117,73 +224,160 @@ private:
         return motion;
     }
 
+    // Fast bodies have the first trajectories.
     void choose() {
         for (const ProxyId i : awake_) {
             if (isFastBody(bodies_[i], before_[i], dt_)) {
-                queries_.emplace_back().body = i;
+                addBody(i);
+            }
+        }
+        fastCount_ = trajectories_.size();
+    }
+
+    // The number of its trajectory, which has no motion yet where it is new.
+    std::uint32_t addBody(ProxyId i) {
+        const std::uint32_t number = numberOf_.findOrAdd(i, static_cast<std::uint32_t>(trajectories_.size()));
+        if (number == trajectories_.size()) {
+            trajectories_.emplace_back().body = i;
+        }
+        return number;
+    }
+    std::uint32_t addTrajectory(ProxyId i) {
+        const std::size_t count = trajectories_.size();
+        const std::uint32_t number = addBody(i);
+        if (number == count) {
+            follow(trajectories_[number], motionOf(i));
+        }
+        return number;
+    }
+
+    // Gives it its motion.
+    void follow(Trajectory& t, const Motion& motion) const {
+        const BodyKind<S>& kind = *bodies_[t.body].kind;
+        const std::vector<Shape>& shapes = kind.def.shapes;
+        t.motion = motion;
+        t.centre = motion.start * motion.centre;
+        t.radius = kind.radius;
+        t.arm = kind.def.type == BodyType::Dynamic ? kind.turningRadius : kind.radius;
+        t.isSingle = shapes.size() == 1;
+        if (!t.isSingle && t.parts.empty()) {
+            t.parts = partBoxes(shapes);
+        }
+        t.inner = std::numeric_limits<double>::infinity();
+        for (const Shape& shape : shapes) {
+            if (isConvex(shape.kind)) {
+                t.inner = std::min(t.inner, innerRadius(shape));
+            }
+        }
+        const Aabb box = bounds(shapes, motion.start);
+        const double turn = std::min(2.0, motion.turn.norm());
+        t.middle = 0.5 * (box.min + box.max);
+        t.half = (0.5 * (box.max - box.min)).array() + (turn > 0 ? turn * t.arm : 0);
+    }
+
+    void findEncounters(std::size_t chunk) {
+        std::vector<Encounter>& encounters = chunks_[chunk];
+        const std::size_t end = std::min(fastCount_, (chunk + 1) * chunkSize);
+        for (std::size_t k = chunk * chunkSize; k < end; ++k) {
+            const Trajectory& own = trajectories_[k];
+            const Vec3d middle = own.middle + 0.5 * own.motion.displacement;
+            const Vec3d half = own.half + 0.5 * own.motion.displacement.cwiseAbs();
+            // Of two fast bodies the lower finds the other, whose box holds its way unless it turns by more than half
+            // a turn.
+            const bool findsAll = own.motion.turn.squaredNorm() > std::numbers::pi * std::numbers::pi;
+            const auto meet = [&](ProxyId other) {
+                const std::uint32_t number = numberOf_.find(other);
+                const bool isMutual = number != none;
+                if (other != own.body && (!isMutual || findsAll || k < number) &&
+                    mayCollide_(std::min(other, own.body), std::max(other, own.body))) {
+                    encounters.push_back({static_cast<std::uint32_t>(k), isMutual ? number : other, isMutual, {}, {}});
+                }
+            };
+            // The box about a long way holds much that is far from it.
+            constexpr double longWay = 8;
+            if (own.motion.displacement.norm() > longWay * own.half.maxCoeff()) {
+                boxes_.cast(own.middle, own.motion.displacement, own.half, 1, [&](ProxyId other, double limit) {
+                    meet(other);
+                    return limit;
+                });
+            } else {
+                boxes_.forEachIn({middle - half, middle + half}, meet);
             }
         }
     }
 
-    void findCandidates(CcdQuery& query) const {
-        const Body<S>& b = bodies_[query.body];
-        const Motion motion = motionOf(query.body);
-        const Aabb box = bounds(b.kind->def.shapes, motion.start);
-        const Vec3d half = (0.5 * (box.max - box.min)).array() + std::min(2.0, motion.turn.norm()) * b.kind->radius;
-        boxes_.cast(0.5 * (box.min + box.max), motion.displacement, half, 1, [&](ProxyId other, double limit) {
-            if (other != query.body && mayCollide_(std::min(other, query.body), std::max(other, query.body))) {
-                query.candidates.push_back(other);
-            }
-            return limit;
-        });
-        std::sort(query.candidates.begin(), query.candidates.end());
-    }
-
-    void findTrajectories() {
-        for (const CcdQuery& query : queries_) {
-            addTrajectory(query.body);
-            for (const ProxyId other : query.candidates) {
-                addTrajectory(other);
+    // So far an encounter with what is not fast has the body's number.
+    void nameTrajectories() {
+        for (std::vector<Encounter>& chunk : chunks_) {
+            for (Encounter& encounter : chunk) {
+                if (!encounter.isMutual) {
+                    encounter.other = addTrajectory(encounter.other);
+                }
             }
         }
     }
-    void addTrajectory(ProxyId i) {
-        if (trajectoryOfBody_.try_emplace(i, trajectories_.size()).second) {
-            trajectories_.push_back({motionOf(i)});
-        }
-    }
-    const Trajectory& trajectory(ProxyId i) const { return trajectories_[trajectoryOfBody_.at(i)]; }
-    Trajectory& trajectory(ProxyId i) { return trajectories_[trajectoryOfBody_.at(i)]; }
 
-    void ask(CcdQuery& query) const {
-        query.meets = false;
-        if (!query.isAsked) {
+    void ask(Encounter& e) const {
+        const Trajectory& fast = trajectories_[e.fast];
+        const Trajectory& other = trajectories_[e.other];
+        e.ofFast = e.ofOther = {};
+        // Who did not meet when they were asked, and go the same way still, do not meet now.
+        const bool asksFast = fast.isAsked && (fast.asksAll || other.isNew);
+        const bool asksOther = e.isMutual && other.isAsked && (other.asksAll || fast.isNew);
+        if (!asksFast && !asksOther) {
             return;
         }
-        const Body<S>& body = bodies_[query.body];
-        const Trajectory& own = trajectory(query.body);
+        const double depth =
+            std::min(asksFast ? depthLeft(fast, other) : noDepth, asksOther ? depthLeft(other, fast) : noDepth);
+        // What touches at the start may sink by a third of the depth.
+        const double least = depth / 3 - tolerance;
+        if (!mayMeet(fast, other, fast.isSingle && other.isSingle ? depth - tolerance : -nearby) ||
+            distanceMoved(fast, other) < least || distanceMoved(other, fast) < least) {
+            return;
+        }
+        const auto meet = [&](bool isFast) {
+            Met& met = isFast ? e.ofFast : e.ofOther;
+            met = isFast ? ask(fast, other) : ask(other, fast);
+            return met.fraction < noMeeting;
+        };
+        // Where the thinner one gets no deeper than it may, neither does the other one, which may more.
+        const bool first = asksFast && (!asksOther || fast.inner <= other.inner);
+        if (meet(first) && asksFast && asksOther) {
+            meet(!first);
+        }
+    }
+
+    Met ask(const Trajectory& fast, const Trajectory& other) const {
         ImpactSettings settings;
-        settings.gap = std::min(settings.gap, 0.5 * body.kind->innerRadius);
-        settings.slack = slackOf(body.kind->innerRadius);
+        settings.gap = std::min(settings.gap, 0.5 * fast.inner);
+        settings.slack = slackOf(fast.inner);
         settings.slackShare = mostSlackShare;
-        query.fraction = 2;
-        for (const ProxyId other : query.candidates) {
-            const Trajectory& theirs = trajectory(other);
-            // Who did not meet when they were asked, and go the same way still, do not meet now.
-            if (!(query.asksAll || theirs.isNew) ||
-                !mayMeet(own.motion, body.kind->radius, theirs.motion, bodies_[other].kind->radius, 2 * settings.gap)) {
-                continue;
+        const auto impact =
+            timeOfImpact(bodies_[fast.body].kind->def.shapes, fast.motion, bodies_[other.body].kind->def.shapes,
+                         other.motion, settings, {fast.parts, other.parts});
+        return impact ? Met{impact->fraction, impact->isExact} : Met{};
+    }
+
+    // What each fast body meets first; of several at the same time the lowest.
+    void takeFirst() {
+        for (std::size_t k = 0; k < fastCount_; ++k) {
+            Trajectory& t = trajectories_[k];
+            t.met = {};
+            t.asksAll = t.asksAll && !t.isAsked;
+        }
+        const auto take = [&](Trajectory& t, std::uint32_t other, const Met& met) {
+            if (met.fraction < t.met.fraction || (met.fraction < noMeeting && met.fraction == t.met.fraction &&
+                                                  trajectories_[other].body < trajectories_[t.other].body)) {
+                t.met = met;
+                t.other = other;
             }
-            const auto impact = timeOfImpact(body.kind->def.shapes, own.motion, bodies_[other].kind->def.shapes,
-                                             theirs.motion, settings);
-            if (impact && impact->fraction < query.fraction) {
-                query.meets = true;
-                query.fraction = impact->fraction;
-                query.isExact = impact->isExact;
-                query.other = other;
+        };
+        for (const std::vector<Encounter>& chunk : chunks_) {
+            for (const Encounter& e : chunk) {
+                take(trajectories_[e.fast], e.other, e.ofFast);
+                take(trajectories_[e.other], e.fast, e.ofOther);
             }
         }
-        query.asksAll = false;
     }
 
     // The bodies that joints hold together with each body, itself included; only asked for when something is held back.
@@ -215,46 +409,58 @@ private:
 
     // Places what met something at its time, and says who has to be asked again; false: nobody.
     bool holdBack() {
-        std::map<ProxyId, const CcdQuery*> first;  // of each group
-        for (const CcdQuery& query : queries_) {
-            if (query.meets) {
+        std::vector<std::uint32_t> firstOf;  // by the lowest body of a group: the trajectory that meets something first
+        for (std::uint32_t k = 0; k < fastCount_; ++k) {
+            const Trajectory& t = trajectories_[k];
+            if (t.met.fraction < noMeeting) {
                 findGroups();
-                const CcdQuery*& earliest = first[group_[query.body]];
-                if (earliest == nullptr || query.fraction < earliest->fraction) {
-                    earliest = &query;
+                firstOf.resize(group_.size(), none);
+                std::uint32_t& earliest = firstOf[group_[t.body]];
+                if (earliest == none || t.met.fraction < trajectories_[earliest].met.fraction) {
+                    earliest = k;
                 }
-                counts_.unresolved += query.isExact ? 0 : 1;
+                counts_.unresolved += t.met.isExact ? 0 : 1;
             }
         }
-        std::map<ProxyId, Trajectory> placed;
-        for (ProxyId i = 0; i < group_.size(); ++i) {
-            const auto met = first.find(group_[i]);
-            if (met != first.end() && bodies_.used(i) && bodies_[i].isDynamic()) {
-                const CcdQuery& query = *met->second;
-                addTrajectory(i);
-                placed[i] = {heldMotion(i, query, first), trajectory(i).kept * query.fraction, true};
+        std::vector<Held> held;
+        for (ProxyId i = 0; i < firstOf.size(); ++i) {
+            const std::uint32_t first = firstOf[group_[i]];
+            if (first != none && bodies_.used(i) && bodies_[i].isDynamic()) {
+                const std::uint32_t at = addTrajectory(i);
+                const Trajectory& by = trajectories_[first];
+                const bool standsToo = firstOf[group_[trajectories_[by.other].body]] != none;
+                held.push_back({at, by.met.fraction, heldMotion(trajectories_[at].motion, by, standsToo)});
             }
         }
-        for (Trajectory& before : trajectories_) {
-            before.isNew = false;
+        for (Trajectory& t : trajectories_) {
+            t.isNew = false;
+            t.isAsked = false;
         }
-        for (const auto& [i, held] : placed) {
-            counts_.held += trajectory(i).isHeld ? 0 : 1;
-            Body<S>& b = bodies_[i];
-            fallLess(b, trajectory(i).kept - held.kept);
-            trajectory(i) = held;
-            const Posed end = held.motion.at(1);
-            b.pose.position = (end * held.motion.centre).template cast<S>();
-            b.pose.rotation = end.rotation.template cast<S>().normalized();
+        for (const Held& h : held) {
+            hold(h);
         }
         bool any = false;
-        for (CcdQuery& query : queries_) {
-            query.isAsked = std::any_of(query.candidates.begin(), query.candidates.end(),
-                                        [&](ProxyId i) { return placed.count(i) > 0; });
-            query.asksAll = query.asksAll || placed.count(query.body) > 0;
-            any = any || query.isAsked;
+        for (const std::vector<Encounter>& chunk : chunks_) {
+            for (const Encounter& e : chunk) {
+                trajectories_[e.fast].isAsked |= trajectories_[e.other].isNew;
+                trajectories_[e.other].isAsked |= e.isMutual && trajectories_[e.fast].isNew;
+                any = any || trajectories_[e.other].isNew || (e.isMutual && trajectories_[e.fast].isNew);
+            }
         }
         return any;
+    }
+
+    void hold(const Held& held) {
+        Trajectory& t = trajectories_[held.trajectory];
+        Body<S>& b = bodies_[t.body];
+        counts_.held += t.isHeld ? 0 : 1;
+        fallLess(b, t.kept - t.kept * held.fraction);
+        follow(t, held.motion);
+        t.kept *= held.fraction;
+        t.isHeld = t.isNew = t.asksAll = true;
+        const Posed end = t.motion.at(1);
+        b.pose.position = (end * t.motion.centre).template cast<S>();
+        b.pose.rotation = end.rotation.template cast<S>().normalized();
     }
 
     // What is held back loses the rest of its step, and of the speed that it fell into for the whole of it that share.
@@ -272,17 +478,16 @@ private:
 
     // Up to the meeting as it moved; from then on it is carried by what was met, or a wall that moves on would run over
     // it; two that are both held back just stop.
-    Motion heldMotion(ProxyId i, const CcdQuery& query, const std::map<ProxyId, const CcdQuery*>& first) const {
-        Motion motion = trajectory(i).motion;
-        const Motion& other = trajectory(query.other).motion;
-        motion.displacement *= query.fraction;
-        motion.turn *= query.fraction;
-        if (first.count(group_[query.other]) == 0) {
-            const Posed carried = other.at(1) * other.at(query.fraction).inverse();
+    Motion heldMotion(Motion motion, const Trajectory& by, bool standsToo) const {
+        const Motion& other = trajectories_[by.other].motion;
+        motion.displacement *= by.met.fraction;
+        motion.turn *= by.met.fraction;
+        if (!standsToo) {
+            const Posed carried = other.at(1) * other.at(by.met.fraction).inverse();
             const Vec3d centre = motion.start * motion.centre;
             motion.displacement = carried * (centre + motion.displacement) - centre;
             motion.turn = turnNear(Quatd::Identity(), carried.rotation * expQuat<double>(motion.turn),
-                                   motion.turn + (1 - query.fraction) * other.turn);
+                                   motion.turn + (1 - by.met.fraction) * other.turn);
         }
         return motion;
     }
@@ -295,10 +500,11 @@ private:
     const std::vector<Before<S>>& before_;
     Vec3<S> gravity_;
     S dt_;
-    std::vector<CcdQuery> queries_;
     std::vector<ProxyId> group_;  // by body: the lowest one of its group
     std::vector<Trajectory> trajectories_;
-    std::unordered_map<ProxyId, std::size_t> trajectoryOfBody_;  // of who has a part in any query
+    std::size_t fastCount_ = 0;
+    NumberOfBody numberOf_;
+    std::vector<std::vector<Encounter>> chunks_;  // of `chunkSize` fast bodies each
     CcdCounts counts_;
 };
 

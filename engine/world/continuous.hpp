@@ -33,10 +33,15 @@ double maxDisplacement(const Pose<S>& from, const Pose<S>& to, double radius) {
            arc * static_cast<double>((from.rotation.conjugate() * to.rotation).vec().norm());
 }
 
+// Whether its filter lets it collide with nothing at all.
+inline bool meetsNothing(const Filter& filter) {
+    return filter.group <= 0 && (filter.mask == 0 || filter.category == 0);
+}
+
 // Whether it went so far within the step that its way is searched for what it would pass.
 template <class S>
 bool isFastBody(const Body<S>& body, const Before<S>& before, S dt) {
-    if (!std::isfinite(body.kind->ccdDistance)) {
+    if (!std::isfinite(body.kind->ccdDistance) || meetsNothing(body.kind->def.filter)) {
         return false;
     }
     const double spin = static_cast<double>(std::max(body.w.norm(), before.w.norm()));

@@ -209,6 +209,36 @@ TEST(Continuous, NothingIsPaidWhereNothingIsFast) {
     }
 }
 
+TEST(Continuous, WhatCollidesWithNothingIsNotFollowed) {
+    const auto ccdBodies = [](const Filter& filter) {
+        Worldd world({.gravity = Vec3d::Zero()});
+        world.add({.shapes = {sphere(0.1)}, .linearVelocity = Vec3d(100, 0, 0), .filter = filter});
+        return world.step(1.0 / 60).counts.ccdBodies;
+    };
+    EXPECT_EQ(ccdBodies({.mask = 0}), 0);
+    EXPECT_EQ(ccdBodies({.category = 0}), 0);
+    EXPECT_EQ(ccdBodies({.mask = 0, .group = -1}), 0);
+    EXPECT_EQ(ccdBodies({.mask = 0, .group = 1}), 1) << "its own group it collides with";
+    EXPECT_EQ(ccdBodies({}), 1);
+}
+
+// 15 m/s and 3 rad/s, but not against what it lies on.
+TEST(Continuous, WhatIsCarriedAlongIsNotHeld) {
+    Worldd world;
+    const Vec3d spin(0, 3, 0);
+    world.add({.type = BodyType::Kinematic, .shapes = {box({8, 0.5, 8})}, .angularVelocity = spin});
+    const Vec3d place(5, 0.7, 0);
+    world.add({.shapes = {box(Vec3d::Constant(0.2))},
+               .position = place,
+               .linearVelocity = spin.cross(place),
+               .angularVelocity = spin});
+    for (int i = 0; i < 10; ++i) {
+        const StepCounts& counts = world.step(1.0 / 60).counts;
+        EXPECT_EQ(counts.ccdBodies, 1);
+        EXPECT_EQ(counts.ccdHeldBodies, 0);
+    }
+}
+
 TEST(Continuous, AlwaysAndNeverAreObeyed) {
     const auto ccdBodies = [](Continuous rule, double speed) {
         Worldd world({.gravity = Vec3d::Zero()});
