@@ -38,6 +38,18 @@ double widthOf(const WorkManifold& m) {
     return width;
 }
 
+// Whether a face of a hull holds `is` of its normal (work frame). Not asked are those that one of two points of the other
+// shape lies farther behind than `most` (m): along them the shapes overlap by more.
+template <class Is>
+bool anyNearFace(const Convex& hull, const std::array<Vec3d, 2>& inside, double most, const Is& is) {
+    const std::array<Vec3d, 2> points{hull.toShape(inside[0]), hull.toShape(inside[1])};
+    const double limit = most + 1e-9 * scaleOf(hull);
+    return std::ranges::any_of(hull.hull->faces, [&](const Hull::Face& face) {
+        return face.offset - face.normal.dot(points[0]) <= limit && face.offset - face.normal.dot(points[1]) <= limit &&
+               is(hull.turnToWork(face.normal));
+    });
+}
+
 }  // namespace
 
 bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met) {
@@ -56,18 +68,28 @@ bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const Wo
     // face's own normal never is: cards that lean on each other touch whichever side of 0 round-off leaves their gap.
     const double across = met.reference < 0 && deepest > 0 ? 0.95 : 0.5;
     OverlapOf overlap{a, b};
+    overlap(met.normal);
+    const Vec3d endA = overlap.lastA;
+    const Vec3d endB = overlap.lastB;
     for (const bool ofB : {false, true}) {
         const Convex& holder = ofB ? b : a;
         const Convex& other = ofB ? a : b;
+        const auto isBeside = [&](const Vec3d& face) {
+            return std::abs(face.dot(met.normal)) < across && std::abs(overlap(ofB ? Vec3d(-face) : face)) <= slack;
+        };
+        if (holder.kind == ShapeKind::Hull) {
+            if (anyNearFace(holder, {centreOf(other), ofB ? endA : endB}, slack, isBeside)) {
+                return true;
+            }
+            continue;
+        }
         scratch.normals.clear();
         appendNormals(holder, centreOf(other), scratch.normals);
         if (holder.kind == ShapeKind::Cylinder) {
             scratch.normals.resize(2);  // without its round side
         }
-        for (const Vec3d& face : scratch.normals) {
-            if (std::abs(face.dot(met.normal)) < across && std::abs(overlap(ofB ? Vec3d(-face) : face)) <= slack) {
-                return true;
-            }
+        if (std::ranges::any_of(scratch.normals, isBeside)) {
+            return true;
         }
     }
     return false;

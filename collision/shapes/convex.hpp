@@ -23,6 +23,7 @@ struct Convex {
     Vec3d position = Vec3d::Zero();
 
     Vec3d toWork(const Vec3d& p) const { return placed ? Vec3d(rotation * p + position) : p; }
+    Vec3d toShape(const Vec3d& p) const { return placed ? Vec3d(rotation.transpose() * (p - position)) : p; }
     Vec3d turnToWork(const Vec3d& d) const { return placed ? Vec3d(rotation * d) : d; }
     Vec3d turnToShape(const Vec3d& d) const { return placed ? Vec3d(rotation.transpose() * d) : d; }
 };
@@ -49,7 +50,13 @@ struct OverlapOf {
     const Convex& b;
     int hintA = 0;
     int hintB = 0;
-    double operator()(const Vec3d& n) { return supportDistance(a, n, hintA) + supportDistance(b, -n, hintB); }
+    Vec3d lastA = Vec3d::Zero();  // the supports of the cores at the last call
+    Vec3d lastB = Vec3d::Zero();
+    double operator()(const Vec3d& n) {
+        lastA = supportCore(a, n, hintA);
+        lastB = supportCore(b, -n, hintB);
+        return lastA.dot(n) + a.radius + (lastB.dot(-n) + b.radius);
+    }
 };
 
 // A corner of an outline; ids tell corners and edges of one shape apart and never change.
