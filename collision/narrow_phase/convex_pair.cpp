@@ -75,27 +75,17 @@ public:
             directions_[k].depth = depth;
         }
     }
-    // Of the faces of hulls those that the other shape's deepest point known does not lie farther behind than the best
-    // overlap: by the others the shapes cannot part sooner.
     void attemptNormals(Scratch& scratch) {
         for (const bool ofB : {false, true}) {
             const Convex& s = ofB ? b_ : a_;
-            const Convex& other = ofB ? a_ : b_;
-            if (s.kind != ShapeKind::Hull) {
-                scratch.normals.clear();
-                appendNormals(s, centreOf(other), scratch.normals);
-                for (const Vec3d& normal : scratch.normals) {
-                    attempt(ofB ? Vec3d(-normal) : normal);
-                }
+            if (s.kind == ShapeKind::Hull) {
+                attemptFaces(ofB, scratch.depths);
                 continue;
             }
-            for (const Hull::Face& face : s.hull->faces) {
-                const Vec3d& deepest = ofB ? deepestOfA_ : deepestOfB_;
-                const double least = face.offset - face.normal.dot(s.toShape(deepest)) + other.radius;
-                if (least <= std::min(ceiling_, directions_[kept_ - 1].depth) + roundOff_) {
-                    const Vec3d normal = s.turnToWork(face.normal);
-                    attempt(ofB ? Vec3d(-normal) : normal);
-                }
+            scratch.normals.clear();
+            appendNormals(s, centreOf(ofB ? a_ : b_), scratch.normals);
+            for (const Vec3d& normal : scratch.normals) {
+                attempt(ofB ? Vec3d(-normal) : normal);
             }
         }
     }
@@ -103,6 +93,32 @@ public:
 private:
     static constexpr std::size_t few = 5;
 
+    // Of a hull those faces that the other shape's deepest point known does not lie farther behind than the best
+    // overlap: by the others the shapes cannot part sooner.
+    void attemptFaces(bool ofB, std::vector<double>& depths) {
+        const Convex& s = ofB ? b_ : a_;
+        const Convex& other = ofB ? a_ : b_;
+        const std::vector<Hull::Face>& faces = s.hull->faces;
+        const auto direction = [&](const Hull::Face& face) -> Vec3d {
+            return ofB ? -s.turnToWork(face.normal) : s.turnToWork(face.normal);
+        };
+        const Vec3d& deepest = ofB ? deepestOfA_ : deepestOfB_;
+        depthsBehind(*s.hull, s.toShape(deepest), depths);
+        if (kept_ == 1) {
+            // The face that looks best, so that few of the others need be tried.
+            const auto least = std::min_element(depths.begin(), depths.begin() + std::ssize(faces)) - depths.begin();
+            if (const double depth = overlap_(direction(faces[static_cast<std::size_t>(least)])); depth < ceiling_) {
+                ceiling_ = depth;
+                keepDeepest();
+            }
+        }
+        for (std::size_t i = 0; i < faces.size(); ++i) {
+            const double most = std::min(ceiling_, directions_[kept_ - 1].depth) + roundOff_ - other.radius;
+            if (depths[i] <= most && faces[i].offset - faces[i].normal.dot(s.toShape(deepest)) <= most) {
+                attempt(direction(faces[i]));
+            }
+        }
+    }
     void keepDeepest() {
         deepestOfA_ = overlap_.lastA;
         deepestOfB_ = overlap_.lastB;

@@ -38,16 +38,24 @@ double widthOf(const WorkManifold& m) {
     return width;
 }
 
-// Whether a face of a hull holds `is` of its normal (work frame). Not asked are those that one of two points of the other
-// shape lies farther behind than `most` (m): along them the shapes overlap by more.
-template <class Is>
-bool anyNearFace(const Convex& hull, const std::array<Vec3d, 2>& inside, double most, const Is& is) {
+// Whether along a face of the hull, which is across the contact, the two overlap or miss each other by no more than
+// `slack` (m). inside: two points of the other shape; what one of them lies farther behind is overlapped by more.
+bool isBesideHull(const Convex& hull, const Convex& other, const std::array<Vec3d, 2>& inside, const Vec3d& contact,
+                  double across, double slack, std::vector<double>& depths) {
     const std::array<Vec3d, 2> points{hull.toShape(inside[0]), hull.toShape(inside[1])};
-    const double limit = most + 1e-9 * scaleOf(hull);
-    return std::ranges::any_of(hull.hull->faces, [&](const Hull::Face& face) {
-        return face.offset - face.normal.dot(points[0]) <= limit && face.offset - face.normal.dot(points[1]) <= limit &&
-               is(hull.turnToWork(face.normal));
-    });
+    const Vec3d along = hull.turnToShape(contact);
+    int hint = 0;
+    depthsBehind(*hull.hull, points[1], depths);
+    const std::vector<Hull::Face>& faces = hull.hull->faces;
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+        const Hull::Face& face = faces[i];
+        const auto behind = [&](const Vec3d& point) { return face.offset - face.normal.dot(point); };
+        if (depths[i] <= slack && behind(points[0]) <= slack && std::abs(face.normal.dot(along)) < across &&
+            std::abs(behind(hull.toShape(supportCore(other, hull.turnToWork(-face.normal), hint)))) <= slack) {
+            return true;
+        }
+    }
+    return false;
 }
 
 }  // namespace
@@ -78,7 +86,8 @@ bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const Wo
             return std::abs(face.dot(met.normal)) < across && std::abs(overlap(ofB ? Vec3d(-face) : face)) <= slack;
         };
         if (holder.kind == ShapeKind::Hull) {
-            if (anyNearFace(holder, {centreOf(other), ofB ? endA : endB}, slack, isBeside)) {
+            if (isBesideHull(holder, other, {centreOf(other), ofB ? endA : endB}, met.normal, across, slack,
+                             scratch.depths)) {
                 return true;
             }
             continue;

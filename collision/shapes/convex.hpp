@@ -4,6 +4,7 @@
 #include <cairn/shapes.hpp>
 
 #include "collision/shapes/hull.hpp"
+#include "collision/shapes/turn.hpp"
 
 #include <array>
 #include <vector>
@@ -22,10 +23,10 @@ struct Convex {
     Mat3d rotation = Mat3d::Identity();  // work frame from shape frame
     Vec3d position = Vec3d::Zero();
 
-    Vec3d toWork(const Vec3d& p) const { return placed ? Vec3d(rotation * p + position) : p; }
-    Vec3d toShape(const Vec3d& p) const { return placed ? Vec3d(rotation.transpose() * (p - position)) : p; }
-    Vec3d turnToWork(const Vec3d& d) const { return placed ? Vec3d(rotation * d) : d; }
-    Vec3d turnToShape(const Vec3d& d) const { return placed ? Vec3d(rotation.transpose() * d) : d; }
+    Vec3d toWork(const Vec3d& p) const { return placed ? Vec3d(turned(rotation, p) + position) : p; }
+    Vec3d toShape(const Vec3d& p) const { return placed ? turnedBack(rotation, p - position) : p; }
+    Vec3d turnToWork(const Vec3d& d) const { return placed ? turned(rotation, d) : d; }
+    Vec3d turnToShape(const Vec3d& d) const { return placed ? turnedBack(rotation, d) : d; }
 };
 
 Convex makeConvex(const Shape& shape);  // at the work frame's origin
