@@ -38,6 +38,103 @@ void descend(const Convex& a, const Convex& b, double scale, int steps, OverlapO
     }
 }
 
+// The directions of least overlap among those tried: the best one, or the best few, so that an overlap whose least
+// direction is not proved is left from more than one side, for descent finds local minima only.
+class LeastOverlaps {
+public:
+    // outward: unit, from the centre of A to that of B; no direction that overlaps more can be the best.
+    LeastOverlaps(const Convex& a, const Convex& b, OverlapOf& overlap, const Vec3d& outward, double scale)
+        : a_(a), b_(b), overlap_(overlap), roundOff_(1e-9 * scale), ceiling_(overlap(outward)) {
+        keepDeepest();
+    }
+
+    SeparatingDirection& best() { return directions_[0]; }
+    std::span<SeparatingDirection> all() {
+        const auto none = std::ranges::find(directions_, 1e300, &SeparatingDirection::depth);
+        return {directions_.begin(), none};
+    }
+    // From nothing again.
+    void keepFew() {
+        kept_ = few;
+        ceiling_ = 1e300;
+        directions_ = {};
+    }
+    void attempt(const Vec3d& n) {
+        const double depth = overlap_(n);
+        if (depth < directions_[0].depth) {
+            keepDeepest();
+        }
+        std::size_t k = kept_;
+        for (; k > 0 && depth < directions_[k - 1].depth; --k) {
+            if (k < kept_) {
+                directions_[k] = directions_[k - 1];
+            }
+        }
+        if (k < kept_) {
+            directions_[k].n = n;
+            directions_[k].depth = depth;
+        }
+    }
+    void attemptNormals(Scratch& scratch) {
+        for (const bool ofB : {false, true}) {
+            const Convex& s = ofB ? b_ : a_;
+            if (s.kind == ShapeKind::Hull) {
+                attemptFaces(ofB, scratch.depths);
+                continue;
+            }
+            scratch.normals.clear();
+            appendNormals(s, centreOf(ofB ? a_ : b_), scratch.normals);
+            for (const Vec3d& normal : scratch.normals) {
+                attempt(ofB ? Vec3d(-normal) : normal);
+            }
+        }
+    }
+
+private:
+    static constexpr std::size_t few = 5;
+
+    // Of a hull those faces that the other shape's deepest point known does not lie farther behind than the best
+    // overlap: by the others the shapes cannot part sooner.
+    void attemptFaces(bool ofB, std::vector<double>& depths) {
+        const Convex& s = ofB ? b_ : a_;
+        const Convex& other = ofB ? a_ : b_;
+        const std::vector<Hull::Face>& faces = s.hull->faces;
+        const auto direction = [&](const Hull::Face& face) -> Vec3d {
+            return ofB ? -s.turnToWork(face.normal) : s.turnToWork(face.normal);
+        };
+        const Vec3d& deepest = ofB ? deepestOfA_ : deepestOfB_;
+        depthsBehind(*s.hull, s.toShape(deepest), depths);
+        if (kept_ == 1) {
+            // The face that looks best, so that few of the others need be tried.
+            const auto least = std::min_element(depths.begin(), depths.begin() + std::ssize(faces)) - depths.begin();
+            if (const double depth = overlap_(direction(faces[static_cast<std::size_t>(least)])); depth < ceiling_) {
+                ceiling_ = depth;
+                keepDeepest();
+            }
+        }
+        for (std::size_t i = 0; i < faces.size(); ++i) {
+            const double most = std::min(ceiling_, directions_[kept_ - 1].depth) + roundOff_ - other.radius;
+            if (depths[i] <= most && faces[i].offset - faces[i].normal.dot(s.toShape(deepest)) <= most) {
+                attempt(direction(faces[i]));
+            }
+        }
+    }
+    void keepDeepest() {
+        deepestOfA_ = overlap_.lastA;
+        deepestOfB_ = overlap_.lastB;
+    }
+
+    const Convex& a_;
+    const Convex& b_;
+    OverlapOf& overlap_;
+    double roundOff_;  // m
+    double ceiling_;   // m
+    std::size_t kept_ = 1;
+    std::array<SeparatingDirection, few> directions_;
+    Vec3d deepestOfA_;  // core supports along the best direction known, work frame
+    Vec3d deepestOfB_;
+};
+
 // Of the shape's scale: as deep as that nothing rests.
 constexpr double shallow = 0.25;
 // Of it, how far another point of an edge may be from the face that it lies on but for some degrees.
@@ -58,74 +155,56 @@ constexpr double sameEnd = 1e-3;
 
 GjkAnswer minPenetration(const Convex& a, const Convex& b, const Vec3d& likely, double scale, Scratch& scratch,
                          NarrowCounts& counts) {
-    OverlapOf overlap{a, b};
-    // The best few, so that an overlap whose least direction is not proved is left from more than one side: descent
-    // finds local minima only.
-    constexpr std::size_t few = 5;
-    std::array<SeparatingDirection, few> directions;
-    const auto attempt = [&](const Vec3d& n) {
-        const double d = overlap(n);
-        std::size_t k = few;
-        for (; k > 0 && d < directions[k - 1].depth; --k) {
-            if (k < few) {
-                directions[k].n = directions[k - 1].n;
-                directions[k].depth = directions[k - 1].depth;
-            }
-        }
-        if (k < few) {
-            directions[k].n = n;
-            directions[k].depth = d;
-        }
-    };
-    const Vec3d centreA = centreOf(a);
-    const Vec3d centreB = centreOf(b);
-    scratch.normals.clear();
-    appendNormals(a, centreB, scratch.normals);
-    const std::size_t ofA = scratch.normals.size();
-    appendNormals(b, centreA, scratch.normals);
-    for (std::size_t i = 0; i < scratch.normals.size(); ++i) {
-        attempt(i < ofA ? scratch.normals[i] : Vec3d(-scratch.normals[i]));
-    }
     const bool isLikely = !likely.isZero(0);
-    if (isLikely) {
-        attempt(likely);
-    }
-    const Vec3d line = centreB - centreA;
+    const Vec3d line = centreOf(b) - centreOf(a);
     const double length = line.norm();
-    attempt(length > 1e-9 * scale ? Vec3d(line / length) : Vec3d::UnitY());
-    if (isLikely && directions[0].depth < 0.25 * scale) {
-        descend(a, b, scale, 2, overlap, directions[0]);
-        directions[0].touch.normal = directions[0].n;
-        return directions[0].touch;
+    const Vec3d outward = length > 1e-9 * scale ? Vec3d(line / length) : Vec3d::UnitY();
+    OverlapOf overlap{a, b};
+    LeastOverlaps least(a, b, overlap, outward, scale);
+    const auto attemptKnown = [&] {
+        least.attemptNormals(scratch);
+        if (isLikely) {
+            least.attempt(likely);
+        }
+        least.attempt(outward);
+    };
+    const auto answer = [](SeparatingDirection& direction) {
+        direction.touch.normal = direction.n;
+        return direction.touch;
+    };
+    attemptKnown();
+    if (isLikely && least.best().depth < 0.25 * scale) {
+        descend(a, b, scale, 2, overlap, least.best());
+        return answer(least.best());
     }
-    Vec3d n = directions[0].n;
-    double coreDepth = directions[0].depth - a.radius - b.radius;
+    Vec3d n = least.best().n;
+    double coreDepth = least.best().depth - a.radius - b.radius;
     if (minOverlap(a, b, 1e-3 * scale, n, coreDepth)) {
-        attempt(n);
-        descend(a, b, scale, 6, overlap, directions[0]);
-        directions[0].touch.normal = directions[0].n;
-        return directions[0].touch;
+        least.attempt(n);
+        descend(a, b, scale, 6, overlap, least.best());
+        return answer(least.best());
     }
-    attempt(n);
+    least.keepFew();
+    attemptKnown();
+    least.attempt(n);
     double byMpr = 1e300;
     if (Vec3d direction; mprDirection(a, b, direction)) {
         direction = overlap(direction) <= overlap(-direction) ? direction : Vec3d(-direction);
         byMpr = overlap(direction);
-        attempt(direction);
+        least.attempt(direction);
     } else {
         ++counts.repairedFailures;
     }
-    std::size_t best = 0;
-    for (std::size_t k = 0; k < few && directions[k].depth < 1e300; ++k) {
-        descend(a, b, scale, 2, overlap, directions[k]);
-        best = directions[k].depth < directions[best].depth ? k : best;
+    SeparatingDirection* best = &least.best();
+    for (SeparatingDirection& direction : least.all()) {
+        descend(a, b, scale, 2, overlap, direction);
+        best = direction.depth < best->depth ? &direction : best;
     }
-    descend(a, b, scale, 6, overlap, directions[best]);
-    if (byMpr < 1e300 && directions[best].depth < byMpr - 1e-3 * scale) {
+    descend(a, b, scale, 6, overlap, *best);
+    if (byMpr < 1e300 && best->depth < byMpr - 1e-3 * scale) {
         ++counts.repairedNormals;
     }
-    directions[best].touch.normal = directions[best].n;
-    return directions[best].touch;
+    return answer(*best);
 }
 
 void edgeManifold(const Convex& a, const Convex& b, const Vec3d& n, const GjkAnswer& near, double margin,

@@ -152,7 +152,9 @@ bool grow(Polytope& p, const Vec3d& w, double size, double minArea) {
 
 bool minOverlap(const Convex& a, const Convex& b, double tolerance, Vec3d& direction, double& depth) {
     Search search{a, b, direction, depth};
-    Polytope p;
+    static thread_local Polytope p;  // too large to be cleared for each pair
+    p.vertexCount = 0;
+    p.faceCount = 0;
     double size = 0;
     if (!firstCorners(search, p, size)) {
         return false;

@@ -134,22 +134,21 @@ GjkAnswer gjk(const Convex& a, const Convex& b, const Vec3d& start, const Vec3d&
         if (known) {
             break;
         }
-        Simplex grown = s;
-        grown.w[static_cast<std::size_t>(grown.count)] = w;
-        grown.a[static_cast<std::size_t>(grown.count)] = pa;
-        ++grown.count;
+        // Beyond the simplex until it is known to be nearer.
+        s.w[static_cast<std::size_t>(s.count)] = w;
+        s.a[static_cast<std::size_t>(s.count)] = pa;
         Near near{w, {0, 0, 0}, {1, 0, 0}, 1};
-        switch (grown.count) {
+        switch (s.count) {
+            case 0:
+                break;
             case 1:
+                near = nearOnSegment(s, 0, 1);
                 break;
             case 2:
-                near = nearOnSegment(grown, 0, 1);
-                break;
-            case 3:
-                near = nearOnTriangle(grown, 0, 1, 2);
+                near = nearOnTriangle(s, 0, 1, 2);
                 break;
             default:
-                if (!nearOnTetrahedron(grown, near)) {
+                if (!nearOnTetrahedron(s, near)) {
                     return answer;
                 }
                 break;
@@ -163,12 +162,11 @@ GjkAnswer gjk(const Convex& a, const Convex& b, const Vec3d& start, const Vec3d&
         }
         squared = nearSquared;
         v = near.point;
-        s.count = 0;
         for (int i = 0; i < near.count; ++i) {
             const auto n = static_cast<std::size_t>(i);
-            const auto k = static_cast<std::size_t>(near.which[n]);
-            s.w[n] = grown.w[k];
-            s.a[n] = grown.a[k];
+            const auto k = static_cast<std::size_t>(near.which[n]);  // rising, so that none is overwritten before
+            s.w[n] = s.w[k];
+            s.a[n] = s.a[k];
             s.weight[n] = near.weight[n];
         }
         s.count = near.count;

@@ -33,6 +33,7 @@ struct Scratch {
     std::vector<OutlineVertex> clipping;
     std::vector<Candidate> candidates;
     std::vector<Vec3d> normals;
+    std::vector<double> depths;
     std::vector<int> triangles;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 namespace cairn {
 namespace {
@@ -34,16 +35,27 @@ int rank(ShapeKind kind) {
 }
 
 struct Frame {
-    Mat3d rotation;
-    Vec3d position;
+    Mat3d rotation = Mat3d::Identity();
+    Vec3d position = Vec3d::Zero();
+    bool isIdentity = true;  // as most shapes stand in their bodies: frames need not be multiplied by it
 
-    Vec3d operator*(const Vec3d& p) const { return rotation * p + position; }
-    Frame operator*(const Frame& o) const { return {rotation * o.rotation, rotation * o.position + position}; }
-    Frame inverse() const { return {rotation.transpose(), -(rotation.transpose() * position)}; }
+    Vec3d operator*(const Vec3d& p) const { return turned(rotation, p) + position; }
+    Frame operator*(const Frame& o) const {
+        if (isIdentity || o.isIdentity) {
+            return isIdentity ? o : *this;
+        }
+        return {rotation * o.rotation, turned(rotation, o.position) + position, false};
+    }
+    Frame inverse() const {
+        return isIdentity ? Frame{} : Frame{rotation.transpose(), -turnedBack(rotation, position), false};
+    }
 };
 
 Frame frameOf(const Posed& pose) {
-    return {pose.rotation.toRotationMatrix(), pose.position};
+    if (pose.rotation.coeffs() == Quatd::Identity().coeffs() && pose.position.isZero(0)) {
+        return {};
+    }
+    return {pose.rotation.toRotationMatrix(), pose.position, false};
 }
 
 Scratch& scratchOfThread() {
@@ -207,15 +219,16 @@ const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, 
     return manifolds;
 }
 
-Manifold inBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t shapeA, std::uint32_t shapeB) {
-    Manifold made;
+void appendInBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t shapeA, std::uint32_t shapeB,
+                    std::vector<Manifold>& out) {
+    Manifold& made = out.emplace_back();
     made.shapeA = shapeA;
     made.shapeB = shapeB;
     made.id = m.id;
     made.reference = static_cast<std::int8_t>(pair.swapped && m.reference >= 0 ? 1 - m.reference : m.reference);
     made.isReduced = m.isReduced;
     made.deeper = m.deeper;
-    made.normal = pair.bodyAFromFirst.rotation * (pair.swapped ? Vec3d(-m.normal) : m.normal);
+    made.normal = turned(pair.bodyAFromFirst.rotation, pair.swapped ? Vec3d(-m.normal) : m.normal);
     made.count = m.count;
     for (int k = 0; k < m.count; ++k) {
         const ContactPoint& from = m.points[static_cast<std::size_t>(k)];
@@ -225,7 +238,69 @@ Manifold inBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t 
         to.separation = from.separation;
         to.feature = from.feature;
     }
-    return made;
+}
+
+// One of a body's shapes, as those of a compound are told from each other.
+struct PlacedShape {
+    Frame pose;                 // in the body
+    Vec3d low = Vec3d::Zero();  // its box in its own frame, m
+    Vec3d high = Vec3d::Zero();
+    Vec3d middle = Vec3d::Zero();               // of a ball about it, in the body
+    double radius = 0;                          // m
+    std::optional<Aabb> bounds = std::nullopt;  // along the axes of the first body, where they were asked for
+};
+
+PlacedShape placed(const Shape& shape) {
+    PlacedShape s{.pose = frameOf(shape.pose)};
+    switch (shape.kind) {
+        case ShapeKind::Hull:
+            s.low = shape.hull->low;
+            s.high = shape.hull->high;
+            break;
+        case ShapeKind::HalfSpace:
+            s.high.setConstant(std::numeric_limits<double>::infinity());
+            s.low = -s.high;
+            break;
+        case ShapeKind::Mesh:
+        case ShapeKind::HeightField: {
+            const Aabb box = bounds(std::span(&shape, 1), shape.pose.inverse());
+            s.low = box.min;
+            s.high = box.max;
+            break;
+        }
+        default: {
+            const Aabb box = boxOf(makeConvex(shape));
+            s.low = box.min;
+            s.high = box.max;
+            break;
+        }
+    }
+    const bool isFinite = shape.kind != ShapeKind::HalfSpace;
+    s.middle = isFinite ? Vec3d(s.pose * Vec3d(0.5 * (s.low + s.high))) : s.pose.position;
+    s.radius = 0.5 * (s.high - s.low).norm();
+    return s;
+}
+
+// Whether a point of the body's frame is within `reach` (m) of the shape's own box along each of its axes.
+bool isNear(const PlacedShape& s, const Vec3d& point, double reach) {
+    const Vec3d p = turnedBack(s.pose.rotation, point - s.pose.position);
+    return ((s.low - p).array() <= reach).all() && ((p - s.high).array() <= reach).all();
+}
+
+// By the boxes of each in its own frame first, which need not be made; then by those along the axes of body A.
+bool mayMeet(PlacedShape& a, const Shape& shapeA, PlacedShape& b, const Shape& shapeB, const Frame& aFromB,
+             const Posed& poseOfB, double margin) {
+    if (!isNear(a, aFromB * b.middle, b.radius + margin) ||
+        !isNear(b, turnedBack(aFromB.rotation, a.middle - aFromB.position), a.radius + margin)) {
+        return false;
+    }
+    if (!a.bounds) {
+        a.bounds = bounds(std::span(&shapeA, 1), Posed{});
+    }
+    if (!b.bounds) {
+        b.bounds = bounds(std::span(&shapeB, 1), poseOfB).grown(margin);
+    }
+    return a.bounds->overlaps(*b.bounds);
 }
 
 }  // namespace
@@ -235,19 +310,17 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
     const Frame bodies = frameOf(aFromB);
     const Frame bodiesBack = bodies.inverse();
     const bool cull = a.size() > 1 || b.size() > 1;
-    thread_local std::vector<Aabb> boxesOfB;
-    if (cull) {
-        boxesOfB.clear();
-        for (const Shape& shape : b) {
-            boxesOfB.push_back(bounds(std::span(&shape, 1), aFromB).grown(margin));
-        }
+    thread_local std::vector<PlacedShape> placedB;
+    placedB.clear();
+    for (const Shape& shape : b) {
+        placedB.push_back(cull ? placed(shape) : PlacedShape{.pose = frameOf(shape.pose)});
     }
     std::size_t cursor = 0;
     for (std::uint32_t i = 0; i < a.size(); ++i) {
-        const Aabb boxOfA = cull ? bounds(a.subspan(i, 1), Posed{}) : Aabb{};
-        const Frame poseA = frameOf(a[i].pose);
+        PlacedShape ofA = cull ? placed(a[i]) : PlacedShape{.pose = frameOf(a[i].pose)};
+        const Frame& poseA = ofA.pose;
         for (std::uint32_t j = 0; j < b.size(); ++j) {
-            if (cull && !boxOfA.overlaps(boxesOfB[j])) {
+            if (cull && !mayMeet(ofA, a[i], placedB[j], b[j], bodies, aFromB, margin)) {
                 continue;
             }
             const bool swapped = rank(b[j].kind) < rank(a[i].kind);
@@ -256,7 +329,7 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
             if (!isConvex(second.kind)) {
                 continue;  // two static shapes
             }
-            const Frame poseB = frameOf(b[j].pose);
+            const Frame& poseB = placedB[j].pose;
             const Frame bodyAFromFirst = swapped ? bodies * poseB : poseA;
             const OrderedPair pair{
                 .first = first,
@@ -271,7 +344,7 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
             ++counts.calls;
             const std::vector<WorkManifold>& manifolds = answer(pair, margin, which, lastNormal, counts);
             for (const WorkManifold& m : manifolds) {
-                out.push_back(inBodies(m, pair, i, j));
+                appendInBodies(m, pair, i, j, out);
             }
             if (last != nullptr) {
                 last->normal = manifolds.empty() ? Vec3d(Vec3d::Zero()) : out.back().normal;

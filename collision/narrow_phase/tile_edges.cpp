@@ -38,6 +38,26 @@ double widthOf(const WorkManifold& m) {
     return width;
 }
 
+// Whether along a face of the hull, which is across the contact, the two overlap or miss each other by no more than
+// `slack` (m). inside: two points of the other shape; what one of them lies farther behind is overlapped by more.
+bool isBesideHull(const Convex& hull, const Convex& other, const std::array<Vec3d, 2>& inside, const Vec3d& contact,
+                  double across, double slack, std::vector<double>& depths) {
+    const std::array<Vec3d, 2> points{hull.toShape(inside[0]), hull.toShape(inside[1])};
+    const Vec3d along = hull.turnToShape(contact);
+    int hint = 0;
+    depthsBehind(*hull.hull, points[1], depths);
+    const std::vector<Hull::Face>& faces = hull.hull->faces;
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+        const Hull::Face& face = faces[i];
+        const auto behind = [&](const Vec3d& point) { return face.offset - face.normal.dot(point); };
+        if (depths[i] <= slack && behind(points[0]) <= slack && std::abs(face.normal.dot(along)) < across &&
+            std::abs(behind(hull.toShape(supportCore(other, hull.turnToWork(-face.normal), hint)))) <= slack) {
+            return true;
+        }
+    }
+    return false;
+}
+
 }  // namespace
 
 bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met) {
@@ -56,18 +76,29 @@ bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const Wo
     // face's own normal never is: cards that lean on each other touch whichever side of 0 round-off leaves their gap.
     const double across = met.reference < 0 && deepest > 0 ? 0.95 : 0.5;
     OverlapOf overlap{a, b};
+    overlap(met.normal);
+    const Vec3d endA = overlap.lastA;
+    const Vec3d endB = overlap.lastB;
     for (const bool ofB : {false, true}) {
         const Convex& holder = ofB ? b : a;
         const Convex& other = ofB ? a : b;
+        const auto isBeside = [&](const Vec3d& face) {
+            return std::abs(face.dot(met.normal)) < across && std::abs(overlap(ofB ? Vec3d(-face) : face)) <= slack;
+        };
+        if (holder.kind == ShapeKind::Hull) {
+            if (isBesideHull(holder, other, {centreOf(other), ofB ? endA : endB}, met.normal, across, slack,
+                             scratch.depths)) {
+                return true;
+            }
+            continue;
+        }
         scratch.normals.clear();
         appendNormals(holder, centreOf(other), scratch.normals);
         if (holder.kind == ShapeKind::Cylinder) {
             scratch.normals.resize(2);  // without its round side
         }
-        for (const Vec3d& face : scratch.normals) {
-            if (std::abs(face.dot(met.normal)) < across && std::abs(overlap(ofB ? Vec3d(-face) : face)) <= slack) {
-                return true;
-            }
+        if (std::ranges::any_of(scratch.normals, isBeside)) {
+            return true;
         }
     }
     return false;

@@ -9,8 +9,6 @@ namespace {
 // An edge or line counts as square to a normal below this cosine. At the bound, the far end of a 1 m edge is 5 cm away:
 // beyond any margin, so nothing jumps there.
 constexpr double squareCosine = 0.05;
-// Hulls up to this many corners are searched through, larger ones climbed.
-constexpr int scanLimit = 24;
 
 constexpr std::uint32_t topRim = 0x100;     // ids of the rim points at +y
 constexpr std::uint32_t bottomRim = 0x200;  // and at -y
@@ -40,21 +38,9 @@ Vec3d radial(const Vec3d& d) {
     return length > 1e-12 ? Vec3d(d.x() / length, 0, d.z() / length) : Vec3d::UnitX();
 }
 
-int hullSupport(const Hull& hull, const Vec3d& d, int hint) {
-    const int count = static_cast<int>(hull.vertices.size());
-    if (count > scanLimit) {
-        return supportVertex(hull, d, hint);
-    }
-    int best = 0;
-    double bestDot = hull.vertices[0].dot(d);
-    for (int i = 1; i < count; ++i) {
-        const double dot = hull.vertices[static_cast<std::size_t>(i)].dot(d);
-        if (dot > bestDot) {
-            bestDot = dot;
-            best = i;
-        }
-    }
-    return best;
+const Vec3d& hullSupport(const Hull& hull, const Vec3d& d, int& hint) {
+    hint = supportVertex(hull, d, hint);
+    return hull.vertices[static_cast<std::size_t>(hint)];
 }
 
 Vec3d localSupport(const Convex& s, const Vec3d& d, int& hint) {
@@ -86,8 +72,7 @@ Vec3d localSupport(const Convex& s, const Vec3d& d, int& hint) {
             return length > 0 ? Vec3d(s.size.cwiseProduct(scaled) / length) : Vec3d(0, s.size.y(), 0);
         }
         case ShapeKind::Hull:
-            hint = hullSupport(*s.hull, d, hint);
-            return s.hull->vertices[static_cast<std::size_t>(hint)];
+            return hullSupport(*s.hull, d, hint);
         default:
             return Vec3d::Zero();
     }
@@ -101,24 +86,18 @@ Vec3d coneSideNormal(const Convex& s, const Vec3d& u) {
     return n;
 }
 
+// The corners of a box by face, which is twice its axis and one more for the positive side, counter-clockwise seen from
+// outside. Bit i of a corner: whether it lies on the positive side along axis i.
+constexpr std::array<std::array<std::uint8_t, 4>, 6> boxFaces{
+    {{4, 6, 2, 0}, {1, 3, 7, 5}, {1, 5, 4, 0}, {2, 6, 7, 3}, {2, 3, 1, 0}, {4, 5, 7, 6}}};
+
 void appendBoxFace(const Convex& s, int axis, bool positive, std::vector<OutlineVertex>& out) {
-    const int u = (axis + 1) % 3;
-    const int v = (axis + 2) % 3;
-    static constexpr std::array<std::array<int, 2>, 4> turn{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-    const std::size_t first = out.size();
-    out.resize(first + 4);
-    for (int k = 0; k < 4; ++k) {
-        const auto& sign = turn[static_cast<std::size_t>(positive ? k : 3 - k)];
-        Vec3d p;
-        p[axis] = positive ? s.size[axis] : -s.size[axis];
-        p[u] = sign[0] != 0 ? s.size[u] : -s.size[u];
-        p[v] = sign[1] != 0 ? s.size[v] : -s.size[v];
-        OutlineVertex& corner = out[first + static_cast<std::size_t>(k)];
-        corner.point = s.toWork(p);
-        corner.id = (p.x() > 0 ? 1u : 0u) | (p.y() > 0 ? 2u : 0u) | (p.z() > 0 ? 4u : 0u);
-    }
+    const auto& corners = boxFaces[static_cast<std::size_t>(2 * axis + (positive ? 1 : 0))];
     for (std::size_t k = 0; k < 4; ++k) {
-        out[first + k].edge = edgeId(out[first + k].id, out[first + (k + 1) % 4].id);
+        const std::uint32_t id = corners[k];
+        const Vec3d p((id & 1u) != 0 ? s.size.x() : -s.size.x(), (id & 2u) != 0 ? s.size.y() : -s.size.y(),
+                      (id & 4u) != 0 ? s.size.z() : -s.size.z());
+        out.push_back({s.toWork(p), id, edgeId(id, corners[(k + 1) % 4])});
     }
 }
 
@@ -194,6 +173,9 @@ Convex makeTriangle(const Vec3d& p0, const Vec3d& p1, const Vec3d& p2) {
 }
 
 Vec3d supportCore(const Convex& s, const Vec3d& direction, int& hint) {
+    if (s.kind == ShapeKind::Hull) {
+        return s.toWork(hullSupport(*s.hull, s.turnToShape(direction), hint));
+    }
     if (s.kind == ShapeKind::Mesh) {
         const double d0 = s.corners[0].dot(direction);
         const double d1 = s.corners[1].dot(direction);
@@ -203,7 +185,7 @@ Vec3d supportCore(const Convex& s, const Vec3d& direction, int& hint) {
     if (!s.placed) {
         return localSupport(s, direction, hint);
     }
-    return s.rotation * localSupport(s, s.rotation.transpose() * direction, hint) + s.position;
+    return s.toWork(localSupport(s, s.turnToShape(direction), hint));
 }
 
 double supportDistance(const Convex& s, const Vec3d& n, int& hint) {

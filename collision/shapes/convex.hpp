@@ -4,6 +4,7 @@
 #include <cairn/shapes.hpp>
 
 #include "collision/shapes/hull.hpp"
+#include "collision/shapes/turn.hpp"
 
 #include <array>
 #include <vector>
@@ -22,9 +23,10 @@ struct Convex {
     Mat3d rotation = Mat3d::Identity();  // work frame from shape frame
     Vec3d position = Vec3d::Zero();
 
-    Vec3d toWork(const Vec3d& p) const { return placed ? Vec3d(rotation * p + position) : p; }
-    Vec3d turnToWork(const Vec3d& d) const { return placed ? Vec3d(rotation * d) : d; }
-    Vec3d turnToShape(const Vec3d& d) const { return placed ? Vec3d(rotation.transpose() * d) : d; }
+    Vec3d toWork(const Vec3d& p) const { return placed ? Vec3d(turned(rotation, p) + position) : p; }
+    Vec3d toShape(const Vec3d& p) const { return placed ? turnedBack(rotation, p - position) : p; }
+    Vec3d turnToWork(const Vec3d& d) const { return placed ? turned(rotation, d) : d; }
+    Vec3d turnToShape(const Vec3d& d) const { return placed ? turnedBack(rotation, d) : d; }
 };
 
 Convex makeConvex(const Shape& shape);  // at the work frame's origin
@@ -49,7 +51,13 @@ struct OverlapOf {
     const Convex& b;
     int hintA = 0;
     int hintB = 0;
-    double operator()(const Vec3d& n) { return supportDistance(a, n, hintA) + supportDistance(b, -n, hintB); }
+    Vec3d lastA = Vec3d::Zero();  // the supports of the cores at the last call
+    Vec3d lastB = Vec3d::Zero();
+    double operator()(const Vec3d& n) {
+        lastA = supportCore(a, n, hintA);
+        lastB = supportCore(b, -n, hintB);
+        return lastA.dot(n) + a.radius + (lastB.dot(-n) + b.radius);
+    }
 };
 
 // A corner of an outline; ids tell corners and edges of one shape apart and never change.

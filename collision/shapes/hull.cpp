@@ -4,6 +4,7 @@
 #include "collision/shapes/hull.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -14,7 +15,7 @@ namespace {
 // How far a vertex may lie off a face's plane, or beyond it, relative to the hull's size.
 constexpr double planeTolerance = 1e-6;
 // Up to here a plain scan of the vertices is faster than walking along edges.
-constexpr std::size_t scanLimit = 16;
+constexpr std::size_t scanLimit = 64;
 
 using Loop = std::vector<int>;
 using DirectedEdges = std::map<std::array<int, 2>, int>;  // (from, to) -> face
@@ -296,24 +297,77 @@ Hull makeHull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> loops) 
     for (std::vector<int>& neighbours : hull.neighbours) {
         std::sort(neighbours.begin(), neighbours.end());
     }
+    hull.low = hull.vertices.front();
+    hull.high = hull.vertices.front();
     for (const Vec3d& vertex : hull.vertices) {
+        hull.low = hull.low.cwiseMin(vertex);
+        hull.high = hull.high.cwiseMax(vertex);
         hull.centre += vertex / static_cast<double>(hull.vertices.size());
+        hull.vertexGroups.add(vertex);
+    }
+    for (const Hull::Face& face : hull.faces) {
+        hull.normalGroups.add(face.normal);
     }
     return hull;
 }
 
+void VectorGroups::add(const Vec3d& v) {
+    const int lane = count_++ % lanes;
+    if (lane == 0) {
+        const Vec3d first = groups_.empty() ? v : Vec3d(groups_.front().row(0).transpose());
+        groups_.emplace_back(first.transpose().replicate<lanes, 1>());
+    }
+    groups_.back().row(lane) = v.transpose();
+}
+
+int VectorGroups::farthest(const Vec3d& direction) const {
+    using Lanes = Eigen::Matrix<double, lanes, 1>;
+    constexpr std::size_t groupsAtOnce = 8;
+    std::array<Lanes, groupsAtOnce> along;
+    int best = 0;
+    double largest = -std::numeric_limits<double>::infinity();
+    for (std::size_t from = 0; from < groups_.size(); from += groupsAtOnce) {
+        const std::size_t count = std::min(groupsAtOnce, groups_.size() - from);
+        Lanes most = Lanes::Constant(largest);
+        for (std::size_t g = 0; g < count; ++g) {
+            const Eigen::Matrix<double, lanes, 3>& group = groups_[from + g];
+            along[g] = group.col(0) * direction.x() + group.col(1) * direction.y() + group.col(2) * direction.z();
+            most = most.cwiseMax(along[g]);
+        }
+        const double top = most.maxCoeff();
+        if (!(top > largest)) {
+            continue;
+        }
+        largest = top;
+        const double* at = along.front().data();
+        while (*at < top) {
+            ++at;
+        }
+        best = static_cast<int>(at - along.front().data()) + static_cast<int>(from) * lanes;
+    }
+    return best;
+}
+
+void VectorGroups::dots(const Vec3d& v, std::vector<double>& out) const {
+    out.resize(groups_.size() * lanes);
+    double* at = out.data();
+    for (const Eigen::Matrix<double, lanes, 3>& group : groups_) {
+        Eigen::Map<Eigen::Matrix<double, lanes, 1>> along(at);
+        along = group.col(0) * v.x() + group.col(1) * v.y() + group.col(2) * v.z();
+        at += lanes;
+    }
+}
+
+void depthsBehind(const Hull& hull, const Vec3d& point, std::vector<double>& out) {
+    hull.normalGroups.dots(point, out);
+    for (std::size_t i = 0; i < hull.faces.size(); ++i) {
+        out[i] = hull.faces[i].offset - out[i];
+    }
+}
+
 int supportVertex(const Hull& hull, const Vec3d& direction, int start) {
     if (hull.vertices.size() <= scanLimit) {
-        int best = 0;
-        double largest = direction.dot(hull.vertices[0]);
-        for (std::size_t i = 1; i < hull.vertices.size(); ++i) {
-            const double along = direction.dot(hull.vertices[i]);
-            if (along > largest) {
-                largest = along;
-                best = static_cast<int>(i);
-            }
-        }
-        return best;
+        return hull.vertexGroups.farthest(direction);
     }
     int best = start;
     double largest = direction.dot(at(hull.vertices, best));
@@ -331,16 +385,7 @@ int supportVertex(const Hull& hull, const Vec3d& direction, int start) {
 }
 
 int supportFace(const Hull& hull, const Vec3d& direction) {
-    int best = 0;
-    double largest = direction.dot(hull.faces[0].normal);
-    for (std::size_t i = 1; i < hull.faces.size(); ++i) {
-        const double along = direction.dot(hull.faces[i].normal);
-        if (along > largest) {
-            largest = along;
-            best = static_cast<int>(i);
-        }
-    }
-    return best;
+    return hull.normalGroups.farthest(direction);
 }
 
 }  // namespace cairn

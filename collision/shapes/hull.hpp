@@ -7,6 +7,22 @@
 
 namespace cairn {
 
+// Vectors by groups of eight, the last one filled up with the first vector: which of them reaches farthest is found
+// without a branch for each.
+class VectorGroups {
+public:
+    void add(const Vec3d& v);
+    // Index of the vector whose dot product with `direction` is the largest; of equal ones the first. One at least.
+    int farthest(const Vec3d& direction) const;
+    // The dot product of each with `v`, and as many more as fill the last group up.
+    void dots(const Vec3d& v, std::vector<double>& out) const;
+
+private:
+    static constexpr int lanes = 8;
+    std::vector<Eigen::Matrix<double, lanes, 3>> groups_;
+    int count_ = 0;
+};
+
 struct Hull {
     struct Face {
         Vec3d normal;               // unit, outward
@@ -18,6 +34,10 @@ struct Hull {
     std::vector<std::vector<int>> neighbours;  // of each vertex along edges, for hill-climbing supports
     std::vector<std::array<int, 2>> edges;     // each once, first < second
     Vec3d centre = Vec3d::Zero();              // mean of the vertices: strictly inside
+    Vec3d low = Vec3d::Zero();                 // its box, m
+    Vec3d high = Vec3d::Zero();
+    VectorGroups vertexGroups;  // the vertices once more
+    VectorGroups normalGroups;  // the normals of the faces
 };
 
 // Checks and completes a closed convex polyhedron; see hull() in shapes.hpp for what is asked of it. Coplanar
@@ -25,8 +45,11 @@ struct Hull {
 // vertices that are then no corner are left out.
 Hull makeHull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces);
 
-// Index of the vertex farthest along `direction`, by hill climbing from `start`; ties go to the lowest index reached.
+// Index of the vertex farthest along `direction`: of small hulls the first such one of all, of large ones by hill
+// climbing from `start`, where ties go to the lowest index reached.
 int supportVertex(const Hull& hull, const Vec3d& direction, int start = 0);
+// How far behind the plane of each face `point` lies, m; there may be more numbers than faces.
+void depthsBehind(const Hull& hull, const Vec3d& point, std::vector<double>& out);
 // Index of the face whose outward normal is closest to `direction`.
 int supportFace(const Hull& hull, const Vec3d& direction);
 

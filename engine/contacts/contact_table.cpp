@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 
 namespace cairn {
 
@@ -132,7 +133,9 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
     const std::size_t jobCount = (pairs_.size() + pairsPerJob - 1) / pairsPerJob;
     countsOf_.assign(jobCount, {});
     isCarried_.assign(pairs_.size(), 0);
-    const auto look = [&](std::size_t i, NarrowCounts& counts) {
+    using Side = std::optional<PlacedSide<S>>;
+    // last: the first side of the pair before, which is mostly this one's too.
+    const auto look = [&](std::size_t i, Side& last, NarrowCounts& counts) {
         PairContacts<S>& pair = pairs_[i];
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
@@ -143,12 +146,21 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
             isCarried_[i] = !onlyChanged && !(a.rests() && b.rests()) ? 1 : 0;
             return;
         }
-        const bool anew = collidePair<S>(pair, {&a, a.pose, a.v, a.w}, {&b, b.pose, b.v, b.w}, speculative, counts);
+        if (!last || last->body != &a) {
+            last.emplace(PairSide<S>{&a, a.pose, a.v, a.w});
+        }
+        const PlacedSide<S> other(PairSide<S>{&b, b.pose, b.v, b.w});
+        const bool anew = collidePair<S>(pair, *last, other, speculative, counts);
         isCarried_[i] = anew ? 0 : 1;
     };
     parallelFor(jobs, jobCount, 1, [&](std::size_t k) {
+        Side last;
         for (std::size_t i = k * pairsPerJob; i < std::min((k + 1) * pairsPerJob, pairs_.size()); ++i) {
-            look(i, countsOf_[k]);
+            constexpr std::size_t ahead = 3;  // the manifolds of most pairs are in no cache when their turn comes
+            if (i + ahead < pairs_.size()) {
+                __builtin_prefetch(pairs_[i + ahead].manifolds.data());
+            }
+            look(i, last, countsOf_[k]);
         }
     });
     counts_ = {};

@@ -6,6 +6,24 @@
 namespace cairn {
 namespace {
 
+// relativePose(), in line.
+Posed seenFrom(const Posed& outer, const Posed& inner) {
+    const Quatd back = outer.rotation.conjugate();
+    return {turned(back, inner.position - outer.position), (back * inner.rotation).normalized()};
+}
+
+// The point (frame B) in frame A, or with `inA` the point (frame A) in frame B.
+Vec3d across(const Posed& aFromB, const Vec3d& point, bool inA) {
+    // As the centre of mass of most bodies.
+    const bool isOrigin = point.isZero(0);
+    if (!inA) {
+        return isOrigin ? aFromB.position : Vec3d(aFromB.position + turned(aFromB.rotation, point));
+    }
+    const Quatd back = aFromB.rotation.conjugate();
+    const Vec3d origin = -turned(back, aFromB.position);
+    return isOrigin ? origin : Vec3d(origin + turned(back, point));
+}
+
 // How the smaller of two bodies has moved against the other since their manifold was made.
 struct Moved {
     double distance = 0;  // m, no point of it farther than this
@@ -17,8 +35,7 @@ Moved movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>
     const bool fromB = a.kind->radius < b.kind->radius;
     const Body<S>& small = fromB ? a : b;
     const Vec3d centre = small.kind->localCentre.template cast<double>();
-    const Vec3d displacement = fromB ? Vec3d(aFromB.inverse() * centre - pair.aFromB.inverse() * centre)
-                                     : Vec3d(aFromB * centre - pair.aFromB * centre);
+    const Vec3d displacement = across(aFromB, centre, fromB) - across(pair.aFromB, centre, fromB);
     const double turn = 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm();
     return {displacement.norm() + turn * small.kind->radius, turn};
 }
@@ -56,8 +73,9 @@ bool holds(const PairContacts<S>& pair, const Moved& moved, double ahead, const 
 template <class S>
 S cornerSeparation(const ContactManifold<S>& manifold, const ContactPointState<S>& point, const Posed& frameA,
                    const Posed& frameB) {
-    const Vec3d apart = frameB * point.onB - frameA * point.onA;
-    return static_cast<S>((frameB.rotation * manifold.normalInB).dot(apart));
+    const Vec3d apart =
+        (frameB.position + turned(frameB.rotation, point.onB)) - (frameA.position + turned(frameA.rotation, point.onA));
+    return static_cast<S>(turned(frameB.rotation, manifold.normalInB).dot(apart));
 }
 
 template <class S>
@@ -81,9 +99,8 @@ Manifold found(const ContactManifold<S>& manifold) {
 }
 
 template <class S>
-ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, const Body<S>& b, const Vec3d& normalInB,
-                                ContactManifold<S>* before) {
-    ContactManifold<S> manifold;
+void fillManifold(const Manifold& geometry, const Body<S>& a, const Body<S>& b, const Vec3d& normalInB,
+                  ContactManifold<S>* before, ContactManifold<S>& manifold) {
     manifold.shapeA = geometry.shapeA;
     manifold.shapeB = geometry.shapeB;
     manifold.id = geometry.id;
@@ -125,7 +142,6 @@ ContactManifold<S> makeManifold(const Manifold& geometry, const Body<S>& a, cons
         manifold.isRound = manifold.isRound || !roundPart(shapeA, point.onA, geometry.normal).isZero(0) ||
                            !roundPart(shapeB, point.onB, normalInB).isZero(0);
     }
-    return manifold;
 }
 
 // Whether a point with a force has no heir: on ground, one beside it may take the force over (internal_edges.hpp).
@@ -141,22 +157,22 @@ bool handsNothingOn(const std::vector<ContactManifold<S>>& manifolds) {
 
 // m/s: spins count by the smaller body's size, so that a spinning floor reaches no further than what stands on it.
 template <class S>
-double turningSpeed(const PairSide<S>& a, const PairSide<S>& b) {
+double turningSpeed(const PlacedSide<S>& a, const PlacedSide<S>& b) {
     const double radius = std::min(a.body->kind->radius, b.body->kind->radius);
-    return std::isfinite(radius) ? static_cast<double>(a.w.norm() + b.w.norm()) * radius : 0;
+    return std::isfinite(radius) ? static_cast<double>(a.spin + b.spin) * radius : 0;
 }
 
 // The gap that a and b can close within dt, also where something else stops one of them: of two balls that fall
 // together the lower one meets the floor first. A fast body has continuous collision: contacts far ahead of it would
 // stop it at what it only passes.
 template <class S>
-double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
-    const S speed = std::max({(a.v - b.v).norm(), a.v.norm(), b.v.norm()});
+double closing(const PlacedSide<S>& a, const PlacedSide<S>& b, double dt) {
+    const S speed = std::max({(a.v - b.v).norm(), a.speed, b.speed});
     double gap = dt * (static_cast<double>(speed) + turningSpeed(a, b));
-    for (const PairSide<S>* side : {&a, &b}) {
+    for (const PlacedSide<S>* side : {&a, &b}) {
         const Body<S>& body = *side->body;
         const double displacement =
-            dt * (static_cast<double>(side->v.norm()) + static_cast<double>(side->w.norm()) * body.kind->turningRadius);
+            dt * (static_cast<double>(side->speed) + static_cast<double>(side->spin) * body.kind->turningRadius);
         if (displacement > body.kind->ccdDistance) {
             gap = std::min(gap, body.kind->radius);
         }
@@ -166,21 +182,19 @@ double closing(const PairSide<S>& a, const PairSide<S>& b, double dt) {
 
 // Of all points, where the bodies are.
 template <class S>
-void placeSeparations(ContactManifold<S>& manifold, const PairSide<S>& a, const PairSide<S>& b) {
-    const Posed frameA = a.frame();
-    const Posed frameB = b.frame();
+void placeSeparations(ContactManifold<S>& manifold, const PlacedSide<S>& a, const PlacedSide<S>& b) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(manifold.known); ++k) {
         ContactPointState<S>& point = manifold.points[k];
         ContactGeometry<S> geometry = contactGeometry(manifold, point, *a.body, *b.body);
         geometry.startStep(a.pose, b.pose);
-        point.separation = manifold.isOnB && !manifold.isRound ? cornerSeparation(manifold, point, frameA, frameB)
+        point.separation = manifold.isOnB && !manifold.isRound ? cornerSeparation(manifold, point, a.place, b.place)
                                                                : geometry.separation(a.pose, b.pose);
     }
 }
 
 // m/s, at which a and b can come together along n (from a to b, world), one of them stopped or not.
 template <class S>
-double approach(const PairSide<S>& a, const PairSide<S>& b, const Vec3d& n) {
+double approach(const PlacedSide<S>& a, const PlacedSide<S>& b, const Vec3d& n) {
     const double va = n.dot(a.v.template cast<double>());
     const double vb = -n.dot(b.v.template cast<double>());
     return std::max({va + vb, va, vb, 0.0}) + turningSpeed(a, b);
@@ -189,18 +203,20 @@ double approach(const PairSide<S>& a, const PairSide<S>& b, const Vec3d& n) {
 }  // namespace
 
 Vec3d roundPart(const Shape& shape, const Vec3d& point, const Vec3d& normal) {
-    const Vec3d axis = shape.pose.rotation * Vec3d::UnitY();
     const Vec3d arm = point - shape.pose.position;
+    const auto yAxis = [&] { return turned(shape.pose.rotation, Vec3d::UnitY()); };
     switch (shape.kind) {
         case ShapeKind::Sphere:
         case ShapeKind::Ellipsoid:
             return arm.dot(normal) * normal;
         case ShapeKind::Capsule: {
+            const Vec3d axis = yAxis();
             const double halfHeight = shape.size.y();
             return (arm - std::clamp(arm.dot(axis), -halfHeight, halfHeight) * axis).dot(normal) * normal;
         }
         case ShapeKind::Cylinder:
         case ShapeKind::Cone: {
+            const Vec3d axis = yAxis();
             const Vec3d across = normal - normal.dot(axis) * axis;
             // Under this it stands on its flat end.
             return across.squaredNorm() > 0.19 ? Vec3d(arm.dot(across) / across.squaredNorm() * normal)
@@ -300,11 +316,9 @@ void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S
 }
 
 template <class S>
-bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b,
+bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide<S>& b,
                  const SpeculativeBounds& speculative, NarrowCounts& counts) {
-    const Posed frameA = a.frame();
-    const Posed frameB = b.frame();
-    const Posed aFromB = relativePose(frameA, frameB);
+    const Posed aFromB = seenFrom(a.place, b.place);
     const double ahead = closing(a, b, speculative.dt);
     if (pair.made) {
         const Moved moved = movedSince(pair, aFromB, *a.body, *b.body);
@@ -333,18 +347,19 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
             smallest = std::min(smallest, geometry.points[static_cast<std::size_t>(k)].separation);
         }
         const bool beside =
-            smallest > speculative.margin + speculative.dt * approach(a, b, frameA.rotation * geometry.normal);
+            smallest > speculative.margin + speculative.dt * approach(a, b, turned(a.place.rotation, geometry.normal));
         known = beside ? std::min(known, smallest) : known;
         return beside;
     });
     // Swapped with the old ones, whose room the next pair of the thread gets.
     static thread_local std::vector<ContactManifold<S>> room;
+    static const ContactManifold<S> blank;  // a copy is cheaper than a new one
     room.clear();
     room.reserve(found.size());
     // What has none keeps no room for any.
     std::vector<ContactManifold<S>> none;
     std::vector<ContactManifold<S>>& manifolds = found.empty() ? none : room;
-    const Quatd bFromA = relativePose(frameB, frameA).rotation;
+    const Quatd bFromA = (b.place.rotation.conjugate() * a.place.rotation).normalized();
     for (const Manifold& geometry : found) {
         ContactManifold<S>* before = nullptr;
         for (ContactManifold<S>& old : pair.manifolds) {
@@ -352,7 +367,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
                 before = &old;
             }
         }
-        manifolds.push_back(makeManifold<S>(geometry, *a.body, *b.body, bFromA * geometry.normal, before));
+        fillManifold<S>(geometry, *a.body, *b.body, turned(bFromA, geometry.normal), before,
+                        manifolds.emplace_back(blank));
     }
     for (const ContactManifold<S>& old : pair.manifolds) {
         pair.endPoints(old, *a.body, a.pose, *b.body, b.pose);
@@ -401,7 +417,7 @@ void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, const PairSi
     met.turned.reset();
     met.slips.reset();
     met.deeper = S(0);
-    placeSeparations(met, a, b);
+    placeSeparations(met, PlacedSide<S>(a), PlacedSide<S>(b));
     pair.manifolds.push_back(std::move(met));
 }
 
@@ -415,9 +431,9 @@ template std::array<int, 2> trianglesOf(const PairContacts<double>&, const Conta
                                         const ContactPointState<double>&, const Body<double>&, const Body<double>&);
 template struct PairContacts<float>;
 template struct PairContacts<double>;
-template bool collidePair(PairContacts<float>&, const PairSide<float>&, const PairSide<float>&,
+template bool collidePair(PairContacts<float>&, const PlacedSide<float>&, const PlacedSide<float>&,
                           const SpeculativeBounds&, NarrowCounts&);
-template bool collidePair(PairContacts<double>&, const PairSide<double>&, const PairSide<double>&,
+template bool collidePair(PairContacts<double>&, const PlacedSide<double>&, const PlacedSide<double>&,
                           const SpeculativeBounds&, NarrowCounts&);
 
 }  // namespace cairn

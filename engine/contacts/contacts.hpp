@@ -3,6 +3,7 @@
 // its lambda.
 #include "collision/broad_phase/broad_phase.hpp"
 #include "collision/narrow_phase/narrow_phase.hpp"
+#include "collision/shapes/turn.hpp"
 #include "engine/constraints/contact.hpp"
 #include "engine/model/body.hpp"
 
@@ -179,14 +180,31 @@ struct PairSide {
 
     Posed frame() const {
         const Posed p = pose.template cast<double>();
-        return {p.position - p.rotation * body->kind->localCentre.template cast<double>(), p.rotation};
+        const Vec3d centre = body->kind->localCentre.template cast<double>();
+        return {centre.isZero(0) ? p.position : Vec3d(p.position - turned(p.rotation, centre)), p.rotation};
     }
+};
+
+// The same with what each of its pairs asks of it.
+template <class S>
+struct PlacedSide : PairSide<S> {
+    Posed place;  // frame()
+    S speed;      // m/s
+    S spin;       // rad/s
+
+    explicit PlacedSide(const PairSide<S>& side)
+        : PairSide<S>(side), place(side.frame()), speed(side.v.norm()), spin(side.w.norm()) {}
 };
 
 // Makes the manifolds of a pair anew. False: it stood still, and they are carried.
 template <class S>
-bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b,
+bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide<S>& b,
                  const SpeculativeBounds& speculative, NarrowCounts& counts);
+template <class S>
+bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>& b,
+                 const SpeculativeBounds& speculative, NarrowCounts& counts) {
+    return collidePair(pair, PlacedSide<S>(a), PlacedSide<S>(b), speculative, counts);
+}
 
 // Takes a manifold that was found farther on the way of the bodies for a contact where they are: its points that the
 // pair does not know, of which there is one, with their separations there and no forces.

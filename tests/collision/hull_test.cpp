@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <random>
 
@@ -116,6 +117,39 @@ TEST(Hull, ClimbingFindsTheFarthestVertex) {
                 EXPECT_EQ(found, supportVertex(hull, direction, any(random)));
             }
         }
+    }
+}
+
+TEST(Hull, GroupsFindTheFirstOfTheFarthest) {
+    std::mt19937 random(2);
+    std::uniform_int_distribution<int> coordinate(-3, 3);  // many are equally far
+    const auto vector = [&] { return Vec3d(coordinate(random), coordinate(random), coordinate(random)); };
+    std::vector<double> dots;
+    for (int count = 1; count < 200; ++count) {
+        VectorGroups groups;
+        std::vector<Vec3d> vectors;
+        for (int i = 0; i < count; ++i) {
+            vectors.push_back(vector());
+            groups.add(vectors.back());
+        }
+        const Vec3d direction = vector();
+        const auto farthest = std::ranges::max_element(
+            vectors, [&](const Vec3d& a, const Vec3d& b) { return direction.dot(a) < direction.dot(b); });
+        EXPECT_EQ(groups.farthest(direction), farthest - vectors.begin());
+        groups.dots(direction, dots);
+        ASSERT_GE(dots.size(), vectors.size());
+        for (std::size_t i = 0; i < vectors.size(); ++i) {
+            EXPECT_EQ(dots[i], direction.dot(vectors[i]));
+        }
+    }
+}
+
+TEST(Hull, DepthsBehindAreThoseOfThePlanes) {
+    const Hull cube = makeHull(cubeVertices({1, 2, 3}), cubeFaces);
+    std::vector<double> depths;
+    depthsBehind(cube, {0.5, 0, 4}, depths);
+    for (std::size_t i = 0; i < cube.faces.size(); ++i) {
+        EXPECT_EQ(depths[i], cube.faces[i].offset - cube.faces[i].normal.dot(Vec3d(0.5, 0, 4)));
     }
 }
 

@@ -365,6 +365,54 @@ TEST(NarrowPhase, CompoundBodiesAnswerPerPairOfShapes) {
     EXPECT_EQ(out.size(), 4u);
 }
 
+// Which pieces are asked at all must not show.
+TEST(NarrowPhase, CompoundsAnswerAsTheirPiecesAlone) {
+    std::mt19937 random(8);
+    std::vector<Shape> ring;
+    for (int i = 0; i < 12; ++i) {
+        const double angle = M_PI / 6 * i;
+        Shape piece = i % 3 == 0 ? capsule(0.1, 0.5) : i % 3 == 1 ? box({0.1, 0.5, 0.5}) : cone(0.3, 0.5);
+        piece.pose = {2 * Vec3d(std::cos(angle), std::sin(angle), 0), Quatd(Eigen::AngleAxisd(angle, Vec3d::UnitZ()))};
+        ring.push_back(piece);
+    }
+    ring.push_back(halfSpace({0, 0, 1}, -1));
+    Shape blade = box({0.4, 0.05, 0.2});
+    blade.pose.position = {0.3, 0, 0};
+    const std::vector<Shape> tool{blade, sphere(0.2)};
+    std::size_t met = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Posed pose{2 * truth::randomDirection(random) + 0.5 * truth::randomDirection(random),
+                         truth::randomTurn(random)};
+        const bool swapped = i % 2 == 1;
+        std::vector<Manifold> whole;
+        std::vector<Manifold> pieces;
+        NarrowCounts counts;
+        const auto collideBoth = [&](std::span<const Shape> a, std::span<const Shape> b, std::vector<Manifold>& out) {
+            PairCache cache;
+            swapped ? collide(b, a, pose.inverse(), 0.05, cache, out, counts)
+                    : collide(a, b, pose, 0.05, cache, out, counts);
+        };
+        collideBoth(ring, tool, whole);
+        for (std::size_t k = 0; k < (swapped ? tool : ring).size(); ++k) {
+            for (std::size_t l = 0; l < (swapped ? ring : tool).size(); ++l) {
+                collideBoth(std::span(ring).subspan(swapped ? l : k, 1), std::span(tool).subspan(swapped ? k : l, 1),
+                            pieces);
+            }
+        }
+        ASSERT_EQ(whole.size(), pieces.size()) << i;
+        met += whole.size();
+        for (std::size_t k = 0; k < whole.size(); ++k) {
+            ASSERT_EQ(whole[k].count, pieces[k].count);
+            EXPECT_EQ(whole[k].normal, pieces[k].normal);
+            for (std::size_t l = 0; l < static_cast<std::size_t>(whole[k].count); ++l) {
+                EXPECT_EQ(whole[k].points[l].onA, pieces[k].points[l].onA);
+                EXPECT_EQ(whole[k].points[l].separation, pieces[k].points[l].separation);
+            }
+        }
+    }
+    EXPECT_GT(met, 1000u);
+}
+
 TEST(NarrowPhase, TwoStaticShapesGiveNothing) {
     EXPECT_TRUE(ask(halfSpace({0, 1, 0}, 0), halfSpace({0, -1, 0}, 0), Posed{}).empty());
     EXPECT_TRUE(ask(gridMesh(), gridMesh(), Posed{}).empty());
