@@ -2,19 +2,39 @@
 // The rotation group SO(3): exponential map, logarithm, left Jacobian, quaternion update.
 // Theory sections 2.3 to 2.5. Rotation vectors are axis times angle, in radians.
 //
-// Every closed form here divides by a power of the angle. Below `smallAngle` the Taylor series is used instead; its
-// first dropped term is under the round-off of S, so the two branches meet without a step.
+// Every closed form here divides by a power of the angle. Up to `seriesSquare` the Taylor series is used instead, which
+// divides by nothing, needs no library's sine, and errs by less than the round-off of a double. leftJacobianInverse and
+// the logarithm have shorter ones, below `smallAngle`, whose first dropped term is under the round-off of S.
 #include <cairn/types.hpp>
 
 #include <cmath>
 
 namespace cairn {
 
-// Angle (rad) under which series replace closed forms. sqrt(sqrt(eps)) balances the error of the fourth-order series
-// against the cancellation in 1 - cos(angle).
+// Angle (rad) under which short series replace closed forms. sqrt(sqrt(eps)) balances the error of the fourth-order
+// series against the cancellation in 1 - cos(angle).
 template <class S>
 S smallAngle() {
     return std::sqrt(std::sqrt(Eigen::NumTraits<S>::epsilon()));
+}
+
+// rad2: 0.3 rad, beyond what most bodies turn in a sub-step.
+template <class S>
+constexpr S seriesSquare = S(0.09);
+
+// (1 - cos x) / x^2 of x^2, up to seriesSquare.
+template <class S>
+S versineSeries(S x2) {
+    const S tail = S(1) - x2 * (S(1) / S(90)) * (S(1) - x2 * (S(1) / S(132)) * (S(1) - x2 * (S(1) / S(182))));
+    return S(0.5) * (S(1) - x2 * (S(1) / S(12)) * (S(1) - x2 * (S(1) / S(30)) * (S(1) - x2 * (S(1) / S(56)) * tail)));
+}
+
+// (x - sin x) / x^3 of x^2, up to seriesSquare.
+template <class S>
+S sineLagSeries(S x2) {
+    const S tail = S(1) - x2 * (S(1) / S(110)) * (S(1) - x2 * (S(1) / S(156)) * (S(1) - x2 * (S(1) / S(210))));
+    return S(1) / S(6) *
+           (S(1) - x2 * (S(1) / S(20)) * (S(1) - x2 * (S(1) / S(42)) * (S(1) - x2 * (S(1) / S(72)) * tail)));
 }
 
 // [v]x, the matrix with [v]x w = v x w.
@@ -29,11 +49,18 @@ Mat3<S> hat(const Vec3<S>& v) {
 // source has another sign (theory erratum 26).
 template <class S>
 Quat<S> expQuat(const Vec3<S>& theta) {
-    const S squared = theta.squaredNorm();
-    const S angle = std::sqrt(squared);
-    const S half = S(0.5) * angle;
-    const S sincHalf = angle < smallAngle<S>() ? S(0.5) - squared / S(48) : std::sin(half) / angle;
-    return Quat<S>(std::cos(half), sincHalf * theta.x(), sincHalf * theta.y(), sincHalf * theta.z());
+    const S halfSquared = S(0.25) * theta.squaredNorm();
+    S cosine;
+    S sincHalf;  // sin(angle / 2) / angle
+    if (halfSquared < seriesSquare<S>) {
+        cosine = S(1) - halfSquared * versineSeries(halfSquared);
+        sincHalf = S(0.5) * (S(1) - halfSquared * sineLagSeries(halfSquared));
+    } else {
+        const S half = std::sqrt(halfSquared);
+        cosine = std::cos(half);
+        sincHalf = S(0.5) * std::sin(half) / half;
+    }
+    return Quat<S>(cosine, sincHalf * theta.x(), sincHalf * theta.y(), sincHalf * theta.z());
 }
 
 // exp: rotation vector (rad) to rotation matrix (Rodrigues, theory 2.4).
@@ -60,13 +87,13 @@ Vec3<S> logQuat(const Quat<S>& q) {
 template <class S>
 Mat3<S> leftJacobian(const Vec3<S>& theta) {
     const S squared = theta.squaredNorm();
-    const S angle = std::sqrt(squared);
     S a;  // (1 - cos) / angle^2
     S b;  // (angle - sin) / angle^3
-    if (angle < smallAngle<S>()) {
-        a = S(0.5) - squared / S(24);
-        b = S(1) / S(6) - squared / S(120);
+    if (squared < seriesSquare<S>) {
+        a = versineSeries(squared);
+        b = sineLagSeries(squared);
     } else {
+        const S angle = std::sqrt(squared);
         const S sinHalf = std::sin(S(0.5) * angle);
         a = S(2) * sinHalf * sinHalf / squared;
         b = (angle - std::sin(angle)) / (squared * angle);

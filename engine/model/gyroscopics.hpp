@@ -35,14 +35,19 @@ constexpr bool carriesMomentum(GyroscopicRule rule) {
 template <class S>
 bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
     const Vec3<S> p1 = inertia * w1;
+    const S scale = S(1) / inertia.trace();
     w2 = w1;
-    // At a third of a radian Newton is at round-off after three iterations.
+    Mat3<S> inverse = Mat3<S>::Zero();
+    // At a third of a radian Newton is at round-off after three iterations, of which the third is as good with the
+    // gradient of the second.
     for (int iteration = 0; iteration < 10; ++iteration) {
         const Vec3<S> turn = -S(0.5) * h * (w1 + w2);
         const Vec3<S> p2 = expQuat(turn) * p1;
-        const Mat3<S> gradient = inertia - S(0.5) * h * hat(p2) * leftJacobian(turn);
-        const S scale = inertia.trace();
-        const Vec3<S> change = Mat3<S>(gradient / scale).inverse() * ((inertia * w2 - p2) / scale);
+        if (iteration < 2) {
+            const Mat3<S> gradient = inertia - S(0.5) * h * hat(p2) * leftJacobian(turn);
+            inverse = Mat3<S>(scale * gradient).inverse();
+        }
+        const Vec3<S> change = inverse * (scale * (inertia * w2 - p2));
         w2 -= change;
         if (change.squaredNorm() <= Eigen::NumTraits<S>::epsilon() * w2.squaredNorm()) {
             return true;

@@ -12,6 +12,7 @@ struct ControllerState {
     int backoff = 0;           // auto: steps that sweeps take over for when `direct` fails, or its factor is too dear
     int sweepSteps = 0;        // auto: of those, still to come
     double directWork = 0;     // auto: what `direct` took lately, or would have; less from step to step
+    bool wasResting = false;   // auto: StepPlan::rests of the last plan
     int subdivisionLevel = 0;  // of time, because the error asked for needed it
     int calmSteps = 0;         // in which one level less would have done
     int slowSteps = 0;         // since the last try to settle it, in which it was slow enough for one
@@ -44,6 +45,7 @@ struct StepPlan {
     int iterationCap = 0;  // the most Newton iterations that the bound on work pays for; 0: no cap but the solver's own
     // As SubstepLimits::maxWork, of the step: what the solver holds it worth.
     double maxWork = std::numeric_limits<double>::infinity();
+    bool rests = false;        // auto: nothing in it moves
     bool settles = false;      // it may be at rest: solved to the last digits
     bool mayBeRefused = true;  // a sub-step of it, for a shorter one
     Guard guard = Guard::None;

@@ -94,7 +94,8 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const bool moves = direct_->moves(problem) || isPressed(problem);
     StepPlan plan;
     // What stands has one answer, which serves on; what joints hold and nothing moves yet may be about to fall.
-    const bool isWorthAll = !moves && problem.joints.empty();
+    const bool isWorthAll = !moves && (problem.joints.empty() || state.wasResting);
+    plan.rests = !moves;
     plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();

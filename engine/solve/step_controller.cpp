@@ -45,6 +45,7 @@ StepPlan StepController<S>::plan(S dt) {
     state_.directWork *= forgetting;
     StepPlan plan = solver_.plan(problem_, state_, dt);
     plan.settles = settles_;
+    state_.wasResting = plan.rests;
     state_.sweepSteps = std::max(0, state_.sweepSteps - 1);
     if (plan.isFactorRefused) {
         backOff();
