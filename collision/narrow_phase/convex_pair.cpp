@@ -32,7 +32,7 @@ void descend(const Convex& a, const Convex& b, double scale, int steps, OverlapO
         direction.n = apart.normal;
         direction.depth = next;
         direction.touch = apart;
-        if (gain < 1e-6 * scale) {
+        if (gain < 1e-8 * scale) {
             return;
         }
     }
