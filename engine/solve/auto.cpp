@@ -93,8 +93,9 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const double rows = rowCount(problem);
     const bool moves = direct_->moves(problem) || isPressed(problem);
     StepPlan plan;
-    // What stands has one answer, which serves on; what joints hold and nothing moves yet may be about to fall.
-    const bool isWorthAll = !moves && (problem.joints.empty() || state.wasResting);
+    // What stands has one answer, which serves on. What joints hold may be about to fall in its first step; and where
+    // it lies on something, as dolls do, an exact solution may fail time and again.
+    const bool isWorthAll = !moves && (problem.joints.empty() || (state.wasResting && problem.contacts.empty()));
     plan.rests = !moves;
     plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
