@@ -1,7 +1,7 @@
 #pragma once
-// Inside collision/ and engine/contacts/ only. Turns of vectors in line, which Eigen's are not at -O2: a narrow phase
-// turns some dozens a pair. To the bit they answer as Eigen does.
-#include <cairn/types.hpp>
+// Turns of vectors by matrices in line, which Eigen's are not at -O2: a narrow phase turns some dozens a pair. To the
+// bit they answer as Eigen does.
+#include <cairn/pose.hpp>
 
 namespace cairn {
 
@@ -14,14 +14,6 @@ namespace cairn {
 [[gnu::always_inline]] inline Vec3d turnedBack(const Mat3d& m, const Vec3d& v) {
     return {m(0, 0) * v.x() + m(1, 0) * v.y() + m(2, 0) * v.z(), m(0, 1) * v.x() + m(1, 1) * v.y() + m(2, 1) * v.z(),
             m(0, 2) * v.x() + m(1, 2) * v.y() + m(2, 2) * v.z()};
-}
-
-// By a unit quaternion.
-[[gnu::always_inline]] inline Vec3d turned(const Quatd& q, const Vec3d& v) {
-    const Vec3d axis = q.vec();
-    const Vec3d half = axis.cross(v);
-    const Vec3d whole = half + half;
-    return v + q.w() * whole + axis.cross(whole);
 }
 
 }  // namespace cairn

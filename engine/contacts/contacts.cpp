@@ -6,12 +6,6 @@
 namespace cairn {
 namespace {
 
-// relativePose(), in line.
-Posed seenFrom(const Posed& outer, const Posed& inner) {
-    const Quatd back = outer.rotation.conjugate();
-    return {turned(back, inner.position - outer.position), (back * inner.rotation).normalized()};
-}
-
 // The point (frame B) in frame A, or with `inA` the point (frame A) in frame B.
 Vec3d across(const Posed& aFromB, const Vec3d& point, bool inA) {
     // As the centre of mass of most bodies.
@@ -318,7 +312,7 @@ void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S
 template <class S>
 bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide<S>& b,
                  const SpeculativeBounds& speculative, NarrowCounts& counts) {
-    const Posed aFromB = seenFrom(a.place, b.place);
+    const Posed aFromB = relativePose(a.place, b.place);
     const double ahead = closing(a, b, speculative.dt);
     if (pair.made) {
         const Moved moved = movedSince(pair, aFromB, *a.body, *b.body);

@@ -3,7 +3,6 @@
 // its lambda.
 #include "collision/broad_phase/broad_phase.hpp"
 #include "collision/narrow_phase/narrow_phase.hpp"
-#include "collision/shapes/turn.hpp"
 #include "engine/constraints/contact.hpp"
 #include "engine/model/body.hpp"
 
