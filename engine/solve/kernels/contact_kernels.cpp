@@ -1,10 +1,8 @@
 #include "engine/solve/kernels/contact_kernels.hpp"
+#include "engine/solve/kernels/targets.hpp"
 
 #include <limits>
 
-// Vectors without a size at compile time cannot be members; SSSE3 has nothing that SSE4's machines lack.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV | HWY_SSSE3)
-#define HWY_COMPILE_ALL_ATTAINABLE
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/solve/kernels/contact_kernels.cpp"
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
@@ -484,13 +482,7 @@ const ContactKernels<S>& contactKernels() {
 
 template <class S>
 std::vector<ContactKernels<S>> allContactKernels() {
-    std::vector<ContactKernels<S>> all;
-    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-        hwy::GetChosenTarget().Update(target);
-        all.push_back(chosen<S>());
-    }
-    hwy::GetChosenTarget().DeInit();
-    return all;
+    return ofEachTarget(chosen<S>);
 }
 
 template const ContactKernels<float>& contactKernels();

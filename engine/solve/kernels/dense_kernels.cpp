@@ -1,8 +1,6 @@
 #include "engine/solve/kernels/dense_kernels.hpp"
+#include "engine/solve/kernels/targets.hpp"
 
-// Vectors without a size at compile time cannot be members; SSSE3 has nothing that SSE4's machines lack.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV | HWY_SSSE3)
-#define HWY_COMPILE_ALL_ATTAINABLE
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/solve/kernels/dense_kernels.cpp"
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
@@ -158,13 +156,7 @@ const DenseKernels& denseKernels() {
 }
 
 std::vector<DenseKernels> allDenseKernels() {
-    std::vector<DenseKernels> all;
-    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-        hwy::GetChosenTarget().Update(target);
-        all.push_back(chosen());
-    }
-    hwy::GetChosenTarget().DeInit();
-    return all;
+    return ofEachTarget(chosen);
 }
 
 }  // namespace cairn

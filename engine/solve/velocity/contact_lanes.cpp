@@ -275,7 +275,7 @@ S ContactLanes<S>::push(const Problem<S>& problem, S* twists, const S* before, S
     forColours(problem, [&](std::size_t begin, std::size_t end) {
         contactKernels<S>().push(view(problem, twists), begin, end, before, terms_.data());
     });
-    return problem.sumColours(slope, [&](std::size_t begin, std::size_t end) {
+    return problem.sum(problem.contacts.size(), slope, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
         for (std::size_t c = begin; c < end; ++c) {
             const std::size_t first = static_cast<std::size_t>(problem.contacts[c].firstPoint);
@@ -318,7 +318,7 @@ S ContactLanes<S>::sweep(const Problem<S>& problem, S* twists, S relaxation, S c
     forColours(problem, [&](std::size_t begin, std::size_t end) {
         contactKernels<S>().sweep(view(problem, twists), begin, end, relaxation, terms_.data());
     });
-    return problem.sumColours(change, [&](std::size_t begin, std::size_t end) {
+    return problem.sum(terms_.size(), change, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
         for (std::size_t c = begin; c < end; ++c) {
             sum += terms_[c];

@@ -270,10 +270,7 @@ std::vector<double> answerOf(Problem<double> problem, double& change) {
 TEST(ContactKernels, AnswerAsContactsOneByOne) {
     TestRandom random(12);
     const std::shared_ptr<JobSystem> jobs = makeTbbJobSystem(2);
-    double off = 0;
-    double apart = 0;
-    int scaled = 0;
-    for (int trial = 0; trial < 10; ++trial) {
+    for (int trial = 0; trial < 100; ++trial) {
         const HandMadeIsland island = wall(random, trial % 2 == 0);
         Problem<double> inLanes = island.problem;
         inLanes.jobs = jobs.get();
@@ -282,20 +279,10 @@ TEST(ContactKernels, AnswerAsContactsOneByOne) {
         double change = 0;
         double changeOfOne = 0;
         const std::vector<double> answer = answerOf(inLanes, change);
-        const std::vector<double> ofOne = answerOf(oneByOne, changeOfOne);
-        // What comes of sums over all contacts is summed by colours in one and in a row in the other: how the sweeps
-        // have changed, and, where the impulses of before would add energy, the share of them that is taken.
-        scaled += answer != ofOne ? 1 : 0;
-        ASSERT_EQ(answer.size(), ofOne.size());
-        for (std::size_t i = 0; i < answer.size(); ++i) {
-            apart = std::max(apart, std::abs(answer[i] - ofOne[i]));
-        }
-        off = std::max(off, std::abs(change / changeOfOne - 1));
+        EXPECT_EQ(answer, answerOf(oneByOne, changeOfOne));
+        EXPECT_EQ(change, changeOfOne);
         EXPECT_GT(*std::max_element(answer.begin(), answer.end()), 0.5);
     }
-    EXPECT_LE(scaled, 1) << "of ten answers, those that are not the same to the bit";
-    expectBelow("those apart, N, N s and m", apart, 5e-14);
-    expectBelow("changes of sweeps apart", off, 1e-15);
 }
 
 }  // namespace
