@@ -3,9 +3,9 @@
 #include "collision/shapes/hull.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <numbers>
 #include <numeric>
+#include <unordered_map>
 
 namespace cairn {
 namespace {
@@ -80,51 +80,6 @@ struct Encounter {
     bool isMutual = false;  // the other one is fast too
     Met ofFast;
     Met ofOther;
-};
-
-// Numbers of the few bodies among many that have a part: open addressing, half of the places free.
-class NumberOfBody {
-public:
-    // Its number, which is `next` where it had none.
-    std::uint32_t findOrAdd(ProxyId body, std::uint32_t next) {
-        if (2 * (count_ + 1) > places_.size()) {
-            grow();
-        }
-        Place& place = places_[placeOf(body)];
-        if (place.number == none) {
-            place = {body, next};
-            ++count_;
-        }
-        return place.number;
-    }
-    std::uint32_t find(ProxyId body) const { return places_.empty() ? none : places_[placeOf(body)].number; }
-
-private:
-    struct Place {
-        ProxyId body = 0;
-        std::uint32_t number = none;
-    };
-    std::size_t placeOf(ProxyId body) const {
-        std::size_t at = body * 0x9E3779B97F4A7C15U >> shift_;
-        while (places_[at].number != none && places_[at].body != body) {
-            at = (at + 1) % places_.size();
-        }
-        return at;
-    }
-    void grow() {
-        std::vector<Place> before(places_.empty() ? 64 : 2 * places_.size());
-        before.swap(places_);
-        shift_ = 64 - std::countr_zero(places_.size());
-        for (const Place& place : before) {
-            if (place.number != none) {
-                places_[placeOf(place.body)] = place;
-            }
-        }
-    }
-
-    std::vector<Place> places_;  // a power of two
-    std::size_t count_ = 0;
-    int shift_ = 0;
 };
 
 // Who is held back where.
@@ -236,11 +191,11 @@ private:
 
     // The number of its trajectory, which has no motion yet where it is new.
     std::uint32_t addBody(ProxyId i) {
-        const std::uint32_t number = numberOf_.findOrAdd(i, static_cast<std::uint32_t>(trajectories_.size()));
-        if (number == trajectories_.size()) {
+        const auto [at, isNew] = numberOf_.try_emplace(i, static_cast<std::uint32_t>(trajectories_.size()));
+        if (isNew) {
             trajectories_.emplace_back().body = i;
         }
-        return number;
+        return at->second;
     }
     std::uint32_t addTrajectory(ProxyId i) {
         const std::size_t count = trajectories_.size();
@@ -286,11 +241,12 @@ private:
             // a turn.
             const bool findsAll = own.motion.turn.squaredNorm() > std::numbers::pi * std::numbers::pi;
             const auto meet = [&](ProxyId other) {
-                const std::uint32_t number = numberOf_.find(other);
-                const bool isMutual = number != none;
+                const auto found = numberOf_.find(other);
+                const bool isMutual = found != numberOf_.end();
+                const std::uint32_t number = isMutual ? found->second : other;
                 if (other != own.body && (!isMutual || findsAll || k < number) &&
                     mayCollide_(std::min(other, own.body), std::max(other, own.body))) {
-                    encounters.push_back({static_cast<std::uint32_t>(k), isMutual ? number : other, isMutual, {}, {}});
+                    encounters.push_back({static_cast<std::uint32_t>(k), number, isMutual, {}, {}});
                 }
             };
             // The box about a long way holds much that is far from it.
@@ -503,8 +459,8 @@ private:
     std::vector<ProxyId> group_;  // by body: the lowest one of its group
     std::vector<Trajectory> trajectories_;
     std::size_t fastCount_ = 0;
-    NumberOfBody numberOf_;
-    std::vector<std::vector<Encounter>> chunks_;  // of `chunkSize` fast bodies each
+    std::unordered_map<ProxyId, std::uint32_t> numberOf_;  // of trajectories; few of the world's bodies have one
+    std::vector<std::vector<Encounter>> chunks_;           // of `chunkSize` fast bodies each
     CcdCounts counts_;
 };
 
