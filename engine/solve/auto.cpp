@@ -92,10 +92,11 @@ template <class S>
 StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) const {
     const double rows = rowCount(problem);
     const bool moves = direct_->moves(problem) || isPressed(problem);
+    // What rests has one answer, which serves on. But what hangs in its first step may be about to fall; and where an
+    // exact solution has failed of late, as of dolls that lie in a heap, it would fail again.
+    const bool mayFall = !problem.joints.empty() && problem.contacts.empty() && !state.wasResting;
+    const bool isWorthAll = !moves && !mayFall && (problem.joints.empty() || state.backoff == 0);
     StepPlan plan;
-    // What stands has one answer, which serves on. What joints hold may be about to fall in its first step; and where
-    // it lies on something, as dolls do, an exact solution may fail time and again.
-    const bool isWorthAll = !moves && (problem.joints.empty() || (state.wasResting && problem.contacts.empty()));
     plan.rests = !moves;
     plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();

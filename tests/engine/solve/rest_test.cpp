@@ -185,6 +185,41 @@ TEST(Towers, OfTenLayersOfRoundShapesStandTwentySeconds) {
     }
 }
 
+// Boards side by side, each tied to its neighbours, under a heavy box: what joints hold and what lies on a floor are
+// one problem of rows by the thousand, and rest as exactly as what is not tied.
+TEST(Rest, OfASheetOfTiedBoardsIsExact) {
+    Worldd world({.sleep = {.enabled = false}});
+    addFloor(world);
+    constexpr int side = 12;
+    constexpr double half = 0.05;  // m
+    std::vector<BodyId> boards;
+    for (int k = 0; k < side * side; ++k) {
+        const Vec3d place(2.2 * half * (k % side), half, 2.2 * half * (k / side));
+        boards.push_back(world.add({.shapes = {box({half, half, half})}, .position = place, .mass = 1}));
+        const auto tie = [&](int other, const Vec3d& between) {
+            world.add(BallDef{.a = boards[static_cast<std::size_t>(other)], .b = boards.back(), .anchor = between});
+        };
+        if (k % side > 0) {
+            tie(k - 1, place - Vec3d(1.1 * half, 0, 0));
+        }
+        if (k >= side) {
+            tie(k - side, place - Vec3d(0, 0, 1.1 * half));
+        }
+    }
+    const double middle = 1.1 * half * (side - 1);
+    world.add({.shapes = {box({0.3, 0.2, 0.3})}, .position = Vec3d(middle, 2 * half + 0.2, middle), .mass = 100});
+    run(world, 1);
+    double depth = 0;
+    double gap = 0;
+    for (int i = 0; i < 60; ++i) {
+        const StepReport& report = world.step(1.0 / 60);
+        depth = std::max(depth, report.error.maxPenetration);
+        gap = std::max(gap, report.error.maxJointGap);
+    }
+    expectBelow("144 tied boards under 100 kg, in the second second: depth, m", depth, 2.2e-8);
+    expectBelow("gap of their joints, m", gap, 4e-9);
+}
+
 // A box on a floor that tilts slowly until it slides: every step moves it by less than the bound for a while.
 Vec3d tiltedSlide(double manifoldReuseDistance, int& carried) {
     Worldd world({.sleep = {.enabled = false}, .manifoldReuseDistance = manifoldReuseDistance});
