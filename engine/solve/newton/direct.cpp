@@ -1,4 +1,5 @@
 #include "engine/solve/newton/direct.hpp"
+#include "engine/solve/geometric_stiffness.hpp"
 #include "engine/solve/impacts.hpp"
 #include "engine/solve/newton/direct_tuning.hpp"
 #include "engine/solve/newton/joint_newton.hpp"
@@ -141,25 +142,42 @@ bool turnsLittle(const Problem<S>& problem, const ContactNewton<double>& newton,
     });
 }
 
-// Whether the forces of the joints swing no body through more than about a radian of phase within the sub-step. Rows
-// point where they did at its start, which is an explicit rule for the swing of a tight chain, and unstable from h
-// omega = 2 on. omega^2 is that of a body held by the force f at the end of an arm: |f| |arm| / I, the geometric
-// stiffness of the joint (theory 7.17).
-bool swingsLittle(const Problem<double>& problem, const ContactNewton<double>& newton, double h) {
-    std::vector<double> stiffness(problem.bodies.size(), 0.0);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(problem.jointBlocks); ++k) {
-        const RowBlock<double>& block = problem.blocks[k];
-        Vec3<double> impulse = Vec3<double>::Zero();  // on b
-        for (int r = 0; r < block.pointRows; ++r) {
-            const std::size_t i = static_cast<std::size_t>(block.first + r);
-            impulse += newton.system.p[i] * problem.rows[i].b.head<3>();
-        }
-        stiffness[static_cast<std::size_t>(block.a)] += std::max(0.0, -impulse.dot(block.armA)) / h;
-        stiffness[static_cast<std::size_t>(block.b)] += std::max(0.0, impulse.dot(block.armB)) / h;
-    }
+// Whether joints hold bodies together, which swing about each other. Rows point where they did at the start of the
+// sub-step, an explicit rule for the swing of what is taut, and unstable from h omega = 2 on, as that of planks of a
+// bridge under crates is: it wants geometric stiffness. What particles hold, cloth and soft bodies, does without, and
+// keeps its angular momentum.
+template <class S>
+bool holdsBodies(const Problem<S>& problem) {
+    const auto isBody = [&](int body) { return !problem.bodies[static_cast<std::size_t>(body)].particle; };
+    return std::any_of(problem.blocks.begin(), problem.blocks.begin() + problem.jointBlocks,
+                       [&](const RowBlock<S>& block) { return isBody(block.a) && isBody(block.b); });
+}
+
+// To `C` (m or rad): what joints are off by if the sub-step of length h ends with Newton's velocities. `start`: the
+// bodies, as which they are left.
+template <class S>
+void jointErrorsAfter(Problem<S>& problem, const ContactNewton<double>& newton, S h,
+                      const std::vector<SolverBody<S>>& start, std::vector<S>& C) {
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
-        const SolverBody<double>& body = problem.bodies[i];
-        if (!body.fixed && h * h * stiffness[i] * body.inverseInertia.diagonal().maxCoeff() > Tuning::maxPhase) {
+        problem.bodies[i].v = newton.system.v[i].template cast<S>();
+    }
+    problem.integrate(h);
+    problem.jointErrors(C);
+    problem.bodies = start;
+}
+
+// Whether that tears no joint open by more than it may.
+template <class S>
+bool keepsJointsClosed(Problem<S>& problem, const ContactNewton<double>& newton, S h) {
+    if (problem.jointBlocks == 0) {
+        return true;
+    }
+    const std::vector<SolverBody<S>> start = problem.bodies;
+    std::vector<S> C;
+    jointErrorsAfter(problem, newton, h, start, C);
+    for (std::size_t i = 0; i < C.size(); ++i) {
+        const Row<S>& row = problem.rows[i];
+        if (row.isHardEquality() && std::abs(C[i]) > std::abs(row.C) + static_cast<S>(Tuning::maxTear)) {
             return false;
         }
     }
@@ -315,6 +333,19 @@ void fillProjection(const Problem<double>& problem, ContactNewton<double>& newto
     }
 }
 
+// By h (s) times Newton's velocities, which stay what they are.
+template <class S>
+void moveBy(Problem<S>& problem, const ContactNewton<double>& newton, S h) {
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        SolverBody<S>& body = problem.bodies[i];
+        if (!body.fixed) {
+            const Vec6<S> moved = h * newton.system.v[i].template cast<S>();
+            body.pose.position += moved.template head<3>();
+            body.pose.rotation = rotated<S>(body.pose.rotation, moved.template tail<3>());
+        }
+    }
+}
+
 NewtonReport solve(ContactNewton<double>& newton, const Problem<double>& problem, const NewtonOptions& options,
                    SolveReport& report) {
     const double before = newton.system.work();
@@ -369,6 +400,9 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
         return report;
     }
     const bool jointsAlone = mayBeAlone && problem.contacts.empty();
+    if (!jointsAlone && holdsBodies(problem)) {
+        addGeometricStiffness(problem, h);
+    }
     const Problem<double>& wide = widen(problem, memory);
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
@@ -381,10 +415,12 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     options.maxIterations = std::min(options.maxIterations, affordable);
     NewtonReport solved = solve(newton, wide, options, report);
     // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
-    // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well.
+    // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well,
+    // as long as they are not off by much.
     const bool quiet = !isActiveSetChanging(problem);
-    const bool shortEnough = !problem.limits.mayRefuse ||
-                             (turnsLittle(problem, newton, hWide) && (!quiet || swingsLittle(wide, newton, hWide)));
+    const bool shortEnough =
+        !problem.limits.mayRefuse ||
+        (turnsLittle(problem, newton, hWide) && (quiet || !solved.converged || keepsJointsClosed(problem, newton, h)));
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
     report.unconverged = !closed || solved.contradicts;
@@ -472,12 +508,7 @@ bool Direct<S>::correctJoints(Problem<S>& problem, const NewtonOptions& options,
     std::vector<S> C;
     S worst = 0;
     for (int iteration = 0; iteration < Tuning::jointIterations; ++iteration) {
-        for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
-            problem.bodies[i].v = newton.system.v[i].template cast<S>();
-        }
-        problem.integrate(h);
-        problem.jointErrors(C);
-        problem.bodies = start;
+        jointErrorsAfter(problem, newton, h, start, C);
         worst = 0;
         for (std::size_t i = 0; i < C.size(); ++i) {
             const Row<S>& row = problem.rows[i];
@@ -513,6 +544,9 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
     NewtonOptions options = optionsFor(problem, settings_, newton.work());
     options.tolerance = Tuning::projectionTolerance * Tuning::smallError / static_cast<double>(h);
     options.stalled = Tuning::projectionStalled * options.tolerance;
+    // Joints alone are closed by their own Newton: what it has not closed is torn, and pulled together share by share
+    // it would lift what hangs from it.
+    const int halvings = problem.contacts.empty() ? 0 : Tuning::projectionHalvings;
     S before = infinity<S>();
     // Of the sub-step itself, which its reports go by.
     std::vector<Row<S>> rows;
@@ -545,17 +579,15 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
         fillProjection(wide, newton, settings_.maxPushOutSpeed, static_cast<double>(h));
         solve(newton, wide, options, report);
         const std::vector<SolverBody<S>> unmoved = problem.bodies;
-        for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
-            SolverBody<S>& body = problem.bodies[i];
-            if (!body.fixed) {
-                const Vec6<S> moved = h * newton.system.v[i].template cast<S>();
-                body.pose.position += moved.template head<3>();
-                body.pose.rotation = rotated<S>(body.pose.rotation, moved.template tail<3>());
-            }
-        }
-        if (!(worstError(problem) < worst)) {
+        S share = 1;
+        moveBy(problem, newton, share * h);
+        for (int halving = 0; !(worstError(problem) < worst); ++halving) {
             problem.bodies = unmoved;
-            break;
+            if (halving == halvings) {
+                break;
+            }
+            share *= S(0.5);
+            moveBy(problem, newton, share * h);
         }
     }
     if (!rows.empty()) {
