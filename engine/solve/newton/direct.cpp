@@ -3,6 +3,7 @@
 #include "engine/solve/impacts.hpp"
 #include "engine/solve/newton/direct_tuning.hpp"
 #include "engine/solve/newton/joint_newton.hpp"
+#include "engine/solve/newton/widen.hpp"
 
 namespace cairn {
 
@@ -31,80 +32,6 @@ DirectMemory<S>& memoryOf(Problem<S>& problem) {
         problem.memory.direct->newton.forget();
     }
     return *problem.memory.direct;
-}
-
-Row<double> widenRow(const Row<float>& row) {
-    Row<double> wide;
-    wide.a = row.a.cast<double>();
-    wide.b = row.b.cast<double>();
-    wide.C = static_cast<double>(row.C);
-    wide.compliance = static_cast<double>(row.compliance);
-    wide.damping = static_cast<double>(row.damping);
-    wide.lo = static_cast<double>(row.lo);
-    wide.hi = static_cast<double>(row.hi);
-    wide.velocity = static_cast<double>(row.velocity);
-    wide.lambda = static_cast<double>(row.lambda);
-    wide.isVelocity = row.isVelocity;
-    wide.isAngular = row.isAngular;
-    return wide;
-}
-
-RowBlock<double> widenBlock(const RowBlock<float>& block) {
-    RowBlock<double> wide;
-    wide.a = block.a;
-    wide.b = block.b;
-    wide.c = block.c;
-    wide.d = block.d;
-    wide.particles = block.particles;
-    wide.first = block.first;
-    wide.count = block.count;
-    wide.kind = block.kind;
-    wide.friction = static_cast<double>(block.friction);
-    wide.staticFriction = static_cast<double>(block.staticFriction);
-    wide.pointRows = block.pointRows;
-    wide.armA = block.armA.cast<double>();
-    wide.armB = block.armB.cast<double>();
-    return wide;
-}
-
-SolverBody<double> widenBody(const SolverBody<float>& body) {
-    SolverBody<double> wide;
-    wide.fixed = body.fixed;
-    wide.particle = body.particle;
-    wide.pose = body.pose.cast<double>();
-    wide.v = body.v.cast<double>();
-    wide.vBefore = body.vBefore.cast<double>();
-    wide.mass = static_cast<double>(body.mass);
-    wide.inverseMass = body.fixed ? 0 : 1 / wide.mass;
-    wide.inertia = body.inertia.cast<double>();
-    if (!body.fixed && !body.particle) {
-        wide.inverseInertia = wide.inertia.inverse();
-    }
-    return wide;
-}
-
-// The bodies and rows of an island as it stands, in double.
-const Problem<double>& widen(const Problem<double>& problem, DirectMemory<double>&) {
-    return problem;
-}
-
-const Problem<double>& widen(const Problem<float>& problem, DirectMemory<float>& memory) {
-    Problem<double>& wide = memory.wide;
-    wide.bodies.clear();
-    for (const SolverBody<float>& body : problem.bodies) {
-        wide.bodies.push_back(widenBody(body));
-    }
-    wide.rows.clear();
-    for (const Row<float>& row : problem.rows) {
-        wide.rows.push_back(widenRow(row));
-    }
-    wide.blocks.clear();
-    for (const RowBlock<float>& block : problem.blocks) {
-        wide.blocks.push_back(widenBlock(block));
-    }
-    wide.jointBlocks = problem.jointBlocks;
-    wide.respond();
-    return wide;
 }
 
 // m/s, of the centres of mass at the start of the sub-step.
@@ -369,7 +296,7 @@ typename Direct<S>::Cost Direct<S>::predictCost(Problem<S>& problem) const {
     if (const std::uint64_t graph = graphOf(problem); graph != memory.graph) {
         memory.graph = graph;
         problem.linearize();
-        memory.newton.prepare(widen(problem, memory), settings_.def.linearSolver);
+        memory.newton.prepare(widen(problem, memory.wide), settings_.def.linearSolver);
         memory.factorWork = memory.newton.work();
         memory.rows = static_cast<double>(problem.rows.size());
     }
@@ -403,7 +330,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     if (!jointsAlone && holdsBodies(problem)) {
         addGeometricStiffness(problem, h);
     }
-    const Problem<double>& wide = widen(problem, memory);
+    const Problem<double>& wide = widen(problem, memory.wide);
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
     newton.prepare(wide, settings_.def.linearSolver);
@@ -496,7 +423,7 @@ bool Direct<S>::correctJoints(Problem<S>& problem, const NewtonOptions& options,
         return true;
     }
     DirectMemory<S>& memory = memoryOf(problem);
-    const Problem<double>& wide = widen(problem, memory);
+    const Problem<double>& wide = widen(problem, memory.wide);
     ContactNewton<double>& newton = memory.newton;
     const std::vector<SolverBody<S>> start = problem.bodies;
     const S gentle = static_cast<S>(Tuning::smallError);
@@ -573,7 +500,7 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
             contactRows = problem.contactRows;
         }
         problem.linearize();
-        const Problem<double>& wide = widen(problem, memory);
+        const Problem<double>& wide = widen(problem, memory.wide);
         newton.prepare(wide, settings_.def.linearSolver);
         newton.forget();
         fillProjection(wide, newton, settings_.maxPushOutSpeed, static_cast<double>(h));
