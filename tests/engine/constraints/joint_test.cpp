@@ -102,6 +102,25 @@ TEST(Joints, SpringFrequencyAndDampingRatio) {
     });
 }
 
+// The effective mass of a row on a particle is the particle's.
+TEST(Joints, SpringFrequencyOfAParticle) {
+    Worldd world({.gravity = Vec3d::Zero(), .sleep = {.enabled = false}});
+    const BodyId hook = addHook(world);
+    const BodyId bead = world.add({.particle = true, .position = Vec3d(2, 0, 0), .mass = 3});
+    world.add(DistanceDef{.a = hook,
+                          .b = bead,
+                          .anchorA = Vec3d::Zero(),
+                          .anchorB = Vec3d(2, 0, 0),
+                          .softness = {.frequency = 1.5, .dampingRatio = 0}});
+    world.setPose(bead, {Vec3d(2.5, 0, 0), Quatd::Identity()});
+    constexpr double dt = 1.0 / 960;
+    // A quarter and three quarters of its period.
+    for (const double quarters : {1.0, 2.0}) {
+        run(world, quarters / 6, dt);
+        expectClose("bead after quarters of its period, m", position(world, bead).x(), 2, 1.5e-4);
+    }
+}
+
 TEST(Joints, SpringFromComplianceSagsByWeightTimesCompliance) {
     forEachSolver([](const SolverDef& solver) {
         Worldd world({.solver = solver, .sleep = {.enabled = false}});

@@ -379,6 +379,52 @@ TEST(Deformable, SurfaceFollowsAffineMotionExactly) {
     expectClose("mass", mass, 1000 * 0.96, 1e-9);
 }
 
+// m3, by the divergence theorem: positive where faces look outwards, and independent of where the origin is only where
+// the mesh is closed.
+double volumeAbout(const TriangleMesh& mesh, const Vec3d& origin) {
+    double sum = 0;
+    for (const std::array<int, 3>& t : mesh.triangles) {
+        const auto x = [&](std::size_t k) -> Vec3d { return mesh.vertices[static_cast<std::size_t>(t[k])] - origin; };
+        sum += x(0).dot(x(1).cross(x(2))) / 6;
+    }
+    return sum;
+}
+
+TEST(Deformable, SurfacesAreClosedAndHoldTheirVolume) {
+    Worldd world({.gravity = Vec3d::Zero()});
+    // A tube of twelve sides: half of 12 r^2 sin 30 degrees across.
+    const Deformable rope =
+        addDeformable(world, RopeDef{.from = Vec3d(1, 2, 3), .to = Vec3d(2, 4, 5), .segments = 7, .radius = 0.1});
+    const Deformable cloth = addDeformable(
+        world, ClothDef{.mesh = clothGrid(Vec3d(3, 1, 0), Vec3d(0, 0, 2), Vec3d(0.5, 0, 0), 6, 3), .radius = 0.03});
+    const Deformable jelly = addDeformable(
+        world, SoftBodyDef{.surface = boxMesh(Vec3d(5, 5, 5), Vec3d(6, 6.2, 5.8)), .cell = 0.4, .radius = 0.1});
+    const auto expectVolume = [&](const char* what, const Deformable& deformable, double volume) {
+        const TriangleMesh surface = surfaceOf(world, deformable);
+        expectClose(std::string(what) + ", volume", volumeAbout(surface, Vec3d::Zero()), volume, 1e-12);
+        expectClose(std::string(what) + ", about another origin", volumeAbout(surface, Vec3d(7, -8, 9)), volume, 1e-12);
+    };
+    expectVolume("rope", rope, 3 * 0.01 * 3);
+    expectVolume("cloth", cloth, 2 * 0.5 * 0.06);
+    expectVolume("jelly", jelly, 1 * 1.2 * 0.8);
+}
+
+// A particle has a third of each triangle about it.
+TEST(Deformable, ClothIsSpreadByArea) {
+    Worldd world;
+    const Deformable cloth = addDeformable(
+        world, ClothDef{.mesh = clothGrid(Vec3d::Zero(), Vec3d(0, 0, 3), Vec3d(2, 0, 0), 6, 4), .mass = 0.7});
+    double mass = 0;
+    for (const BodyId id : cloth.particles) {
+        mass += world.mass(id);
+    }
+    expectClose("mass of the sheet, kg", mass, 0.7, 1e-13);
+    // Within the sheet four or eight of the right-angled halves of its 24 cells meet.
+    const double half = 0.7 / 48;
+    const double inside = world.mass(cloth.particles[7 + 1]);
+    EXPECT_LT(std::min(std::abs(inside - 4 * half / 3), std::abs(inside - 8 * half / 3)), 1e-14);
+}
+
 TEST(Deformable, BadInputIsRefusedAndLeavesTheWorldAsItWas) {
     Worldd world;
     const auto refused = [&](const std::string& field, const DeformableDef& def) {
