@@ -74,5 +74,29 @@ TEST(Relaxation, RulesAreNeverWorseThanPlainSweeps) {
     }
 }
 
+// Chebyshev's weights on plain Jacobi, whose sweeps leave cos(pi / 10) of the slowest error: the least that k of them
+// can leave is about 2 c^k, c = rho / (1 + sqrt(1 - rho^2)), where the radius is known, and the solver has to find it.
+TEST(Relaxation, ChebyshevsWeightsSpeedJacobiUp) {
+    const double h = 1.0 / 60;
+    for (const unsigned seed : {16U, 17U, 18U}) {
+        const HandMadeIsland line = tenInARow(seed);
+        const DenseIsland dense(line.problem);
+        const DenseVector exact =
+            dense.v - dense.inverseMass * dense.J.transpose() * solveLdlt(dense.A(), dense.J * dense.v);
+        const auto errorOf = [&](bool chebyshev, int iterations) {
+            const JacobiDef def{.substeps = 1,
+                                .iterations = iterations,
+                                .relaxation = 1,
+                                .massSplitting = false,
+                                .chebyshev = chebyshev};
+            return (advanced(line.problem, def, h).v - exact).norm();
+        };
+        for (const auto& [iterations, bound] : {std::pair{10, 0.52}, {20, 0.66}, {40, 1.0}}) {
+            expectBelow("error over that of plain Jacobi, " + std::to_string(iterations) + " sweeps",
+                        errorOf(true, iterations) / errorOf(false, iterations), bound);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace cairn
