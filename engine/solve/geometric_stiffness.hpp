@@ -20,9 +20,10 @@ Vec3<S> geometricStiffness(const Vec3<S>& force, const Vec3<S>& arm) {
 }
 
 // Adds to the inertia of every body that joints hold by a force, from the forces of the last solve, and takes the
-// responses of the rows anew.
+// responses of the rows anew. freePhase: rad^2, (h omega)^2 of a body's swing under them that is left as it is; what is
+// added is only what goes beyond.
 template <class S>
-void addGeometricStiffness(Problem<S>& problem, S h) {
+void addGeometricStiffness(Problem<S>& problem, S h, S freePhase = S(0)) {
     for (SolverBody<S>& body : problem.bodies) {
         if (!body.fixed && !body.stiffening.isZero()) {
             body.refreshInertia();
@@ -43,6 +44,14 @@ void addGeometricStiffness(Problem<S>& problem, S h) {
                 body.inertia.diagonal() += stiff;
                 body.inverseInertia = inverseOf(body.inertia);
             }
+        }
+    }
+    for (SolverBody<S>& body : problem.bodies) {
+        if (freePhase > S(0) && !body.stiffening.isZero()) {
+            const Vec3<S> inertia = body.inertia.diagonal() - body.stiffening;
+            body.stiffening = (body.stiffening - freePhase * inertia).cwiseMax(S(0));
+            body.inertia.diagonal() = inertia + body.stiffening;
+            body.inverseInertia = inverseOf(body.inertia);
         }
     }
     problem.respond();

@@ -69,17 +69,6 @@ bool turnsLittle(const Problem<S>& problem, const ContactNewton<double>& newton,
     });
 }
 
-// Whether joints hold bodies together, which swing about each other. Rows point where they did at the start of the
-// sub-step, an explicit rule for the swing of what is taut, and unstable from h omega = 2 on, as that of planks of a
-// bridge under crates is: it wants geometric stiffness. What particles hold, cloth and soft bodies, does without, and
-// keeps its angular momentum.
-template <class S>
-bool holdsBodies(const Problem<S>& problem) {
-    const auto isBody = [&](int body) { return !problem.bodies[static_cast<std::size_t>(body)].particle; };
-    return std::any_of(problem.blocks.begin(), problem.blocks.begin() + problem.jointBlocks,
-                       [&](const RowBlock<S>& block) { return isBody(block.a) && isBody(block.b); });
-}
-
 // To `C` (m or rad): what joints are off by if the sub-step of length h ends with Newton's velocities. `start`: the
 // bodies, as which they are left.
 template <class S>
@@ -327,8 +316,10 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
         return report;
     }
     const bool jointsAlone = mayBeAlone && problem.contacts.empty();
-    if (!jointsAlone && holdsBodies(problem)) {
-        addGeometricStiffness(problem, h);
+    // Rows point where they did at the start of the sub-step, an explicit rule for the swing of what is taut between
+    // joints, as the planks of a bridge under crates. Joints alone have their own answer.
+    if (!jointsAlone && problem.jointBlocks > 0) {
+        addGeometricStiffness(problem, h, static_cast<S>(Tuning::maxPhase));
     }
     const Problem<double>& wide = widen(problem, memory.wide);
     ContactNewton<double>& newton = memory.newton;
