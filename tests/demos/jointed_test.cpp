@@ -21,7 +21,7 @@ TEST(Bridge, StaysInOnePieceHoweverLongItIs) {
         const char* solver;
         double usual, heavy;  // m, under crates of five and of fifty planks' weight
     };
-    for (const Bound& bound : {Bound{"auto", 2.3e-3, 9e-3}, Bound{"direct", 2.1e-3, 3.2e-3}}) {
+    for (const Bound& bound : {Bound{"auto", 1.6e-3, 1.7e-3}, Bound{"direct", 2.1e-3, 3.2e-3}}) {
         for (const double planks : {20, 25, 30, 40, 50, 60}) {
             expectBelow(std::string(bound.solver) + ", " + std::to_string(planks) + " planks: gap, m",
                         worstGap(bound.solver, planks, 100), bound.usual);
@@ -48,7 +48,7 @@ TEST(Ragdoll, FallsAsFineStepsSay) {
     };
     const Vec3d fine = thighAfter("direct", 1.0 / 960);
     expectBelow("left thigh after .8 s under auto, from where it is in fine steps, m",
-                (thighAfter("auto", 1.0 / 60) - fine).norm(), 0.033);
+                (thighAfter("auto", 1.0 / 60) - fine).norm(), 0.071);
 }
 
 }  // namespace
