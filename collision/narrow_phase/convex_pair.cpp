@@ -135,8 +135,8 @@ private:
     Vec3d deepestOfB_;
 };
 
-// Of the shape's scale: as deep as that nothing rests.
-constexpr double shallow = 0.25;
+// Of the thinner shape's scale, half its thickness: what is deeper has its middle on the other side.
+constexpr double wedged = 1;
 // Of it, how far another point of an edge may be from the face that it lies on but for some degrees.
 constexpr double flatWithin = 0.1;
 
@@ -322,7 +322,7 @@ bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, dou
         const double faceDepth = takeB ? depthB : depthA;
         // Along the normal of a face that an edge lies on, but for a few degrees, all of the edge is deep, and what of
         // it lies on the face need not be: told by what is left of it there.
-        const bool isAlmostFlat = faceDepth > allowed && faceDepth < 1e300 && depth < shallow * scale &&
+        const bool isAlmostFlat = faceDepth > allowed && faceDepth < 1e300 && depth < wedged * scale &&
                                   n.dot(takeB ? Vec3d(-faceB) : faceA) > alongFace;
         if (faceDepth > allowed && !isAlmostFlat) {
             continue;
