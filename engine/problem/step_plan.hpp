@@ -49,6 +49,8 @@ struct StepPlan {
     bool settles = false;      // it may be at rest: solved to the last digits
     bool mayBeRefused = true;  // a sub-step of it, for a shorter one
     Guard guard = Guard::None;
+    // What the step may cost with all that is done again in shorter sub-steps; beyond it they stay as long as they are.
+    double maxWorkAnew = std::numeric_limits<double>::infinity();
     // auto: the factor was looked at, and would be too large or too dear. A look costs as much as some sweeps.
     bool isFactorRefused = false;
 

@@ -115,6 +115,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
         return plan;
     }
     plan.maxWork = infinity<double>();
+    plan.maxWorkAnew = rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.mayBeRefused = false;
     const Sweeper by = sweeper(problem, plan);
     const double affordable = problem.limits.maxWork / std::max(1.0, by.visits * rows);

@@ -134,10 +134,18 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         solution.halvings += more;
         course = begin(dt, plan.substeps << halvings, {.work = course.sum.work + work}, balance);
     };
+    // Of `wanted` halvings as many as are left, and as the step is worth where a sub-step takes `work`.
+    const auto affordable = [&](int wanted, double work) {
+        int more = std::min(wanted, maxHalvings - halvings);
+        while (more > 0 && course.sum.work + work * (1 + (plan.substeps << (halvings + more))) > plan.maxWorkAnew) {
+            --more;
+        }
+        return more;
+    };
     while (course.left > 0) {
         SolveReport one = advance(course, maxWork);
-        if (start && problem_.halvingsAsked > 0 && halvings < maxHalvings) {
-            beginAnew(std::min(problem_.halvingsAsked, maxHalvings - halvings), one.work);
+        if (const int more = start ? affordable(problem_.halvingsAsked, one.work) : 0; more > 0) {
+            beginAnew(more, one.work);
             continue;
         }
         if (!one.tooLong) {
@@ -153,10 +161,11 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
             const bool sound = !guards || isSound(plan.guard, one);
-            if ((!sound && halvings == maxHalvings) || (!guards && one.energyGained > explosion * one.energyInPlay)) {
+            const bool isShortest = affordable(1, one.work) == 0;
+            if ((!sound && isShortest) || (!guards && one.energyGained > explosion * one.energyInPlay)) {
                 balance.takeBack(problem_, one);
             }
-            if (sound || halvings == maxHalvings) {
+            if (sound || isShortest) {
                 course.take(one);
                 continue;
             }
