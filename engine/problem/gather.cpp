@@ -132,7 +132,7 @@ void Gatherer<S>::gather() {
         for (int n = 0; n < joint.bodyCount(); ++n) {
             body[static_cast<std::size_t>(n)] = placeOf(joint.body(n).index);
         }
-        problem_.joints.push_back({&joint, body[0], body[1], body[2], body[3]});
+        problem_.joints.push_back({&joint, body[0], body[1], body[2], body[3], j});
     }
     for (std::size_t i = 0; i < island_.bodies.size(); ++i) {
         const std::uint32_t index = island_.bodies[i];
@@ -183,6 +183,15 @@ void Gatherer<S>::colourJoints() {
     }
     Colouring colouring;
     findColours(joints, problem_.bodies.size(), colouring);
+    // The same again if joints are coloured in the order of their colours: what has impulses stays where it is.
+    std::vector<std::uint32_t> joined;
+    std::copy_if(colouring.order.begin(), colouring.order.end(), std::back_inserter(joined),
+                 [&](std::uint32_t block) { return block < problem_.joints.size(); });
+    sortInto(problem_.joints, joined);
+    std::uint32_t next = 0;
+    for (std::uint32_t& block : colouring.order) {
+        block = block < problem_.joints.size() ? next++ : block;
+    }
     problem_.jointOrder = std::move(colouring.order);
     problem_.jointColours = std::move(colouring.ends);
 }
@@ -224,7 +233,8 @@ void Gatherer<S>::fillContacts() {
             contact.restitution = manifold.restitution;
         }
     }
-    if (problem_.jobs != nullptr) {
+    constexpr std::size_t least = 32;
+    if (problem_.jobs != nullptr || problem_.contacts.size() >= least) {
         colourContacts();
     }
     int count = 0;
@@ -312,8 +322,8 @@ void Gatherer<S>::handBack() {
     handContactsBack();
     auto lambda = problem_.jointLambda.begin();
     std::size_t next = 0;  // block
-    for (const std::uint32_t j : island_.joints) {
-        Joint<S>& joint = world_.joints[j];
+    for (const typename Problem<S>::JointLink& link : problem_.joints) {
+        Joint<S>& joint = world_.joints[link.index];
         const int count = problem_.blocks[next].count;
         joint.lambda.assign(lambda, lambda + count);
         lambda += count;

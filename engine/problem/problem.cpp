@@ -108,7 +108,7 @@ void Problem<S>::placeContacts() {
 }
 
 template <class S>
-void Problem<S>::beginRows(bool placesContacts) {
+void Problem<S>::linearizeCompact(bool placesContacts) {
     rows.clear();
     blocks.clear();
     forEach(bodies.size(), [&](std::size_t i) {
@@ -124,14 +124,8 @@ void Problem<S>::beginRows(bool placesContacts) {
 }
 
 template <class S>
-void Problem<S>::linearizeCompact(bool placesContacts) {
-    beginRows(placesContacts);
-    respond();
-}
-
-template <class S>
 void Problem<S>::linearize() {
-    beginRows(true);
+    linearizeCompact();
     rows.reserve(rows.size() + 3 * points.size());
     blocks.reserve(blocks.size() + points.size());
     contactOfPoint_.resize(points.size());

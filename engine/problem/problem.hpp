@@ -63,7 +63,8 @@ struct Problem {
     struct JointLink {
         const Joint<S>* joint;  // whose rows are asked for; nothing else of it is read
         int a, b;
-        int c = -1, d = -1;  // of joints between more than two particles
+        int c = -1, d = -1;       // of joints between more than two particles
+        std::uint32_t index = 0;  // of the world's table
     };
     // Axes of the world along which a body must not move, or about which it must not turn.
     struct LockLink {
@@ -115,9 +116,9 @@ struct Problem {
     std::vector<ContactRows<S>> contactRows;
     ContactRowKeeper<S>* rowKeeper = nullptr;
 
-    // Of an island that is worth it the ends of the colours, each a range of `contacts` (or of joints and locks) in
-    // which no two push the same body, so that threads may share it; the last one is for what found no colour, and in
-    // order. Of others empty.
+    // Of an island that is worth it the ends of the colours, each a range of `contacts` (or of jointOrder) in which no
+    // two push the same body, so that lanes and threads may share it; the last one is for what found no colour, and in
+    // order. Joints lie colour by colour, too. Of others empty.
     std::vector<std::size_t> contactColours;
     std::vector<std::size_t> jointColours;
     std::vector<std::uint32_t> jointOrder;  // blocks, colour by colour
@@ -175,7 +176,7 @@ struct Problem {
     // solver places them itself.
     void linearize();
     void linearizeCompact(bool placesContacts = true);
-    // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it.
+    // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it, the other does not.
     void respond();
     // Adds SolverBody::offset, and that of the flight after an impact, to C of the contacts, so that C + h J v is where
     // they end.
@@ -278,8 +279,6 @@ private:
         return static_cast<std::size_t>(&contact - contacts.data());
     }
     const Pose<S>& poseOf(int body) const { return bodies[static_cast<std::size_t>(body)].pose; }
-    // Rows of joints and locks, and the contacts in short.
-    void beginRows(bool placesContacts);
     void placeContacts();
     void linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     void linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const;

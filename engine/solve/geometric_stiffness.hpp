@@ -42,17 +42,19 @@ void addGeometricStiffness(Problem<S>& problem, S h, S freePhase = S(0)) {
                 const Vec3<S> stiff = h * h * geometricStiffness<S>(force, first ? block.armA : block.armB);
                 body.stiffening += stiff;
                 body.inertia.diagonal() += stiff;
-                body.inverseInertia = inverseOf(body.inertia);
             }
         }
     }
     for (SolverBody<S>& body : problem.bodies) {
-        if (freePhase > S(0) && !body.stiffening.isZero()) {
+        if (body.stiffening.isZero()) {
+            continue;
+        }
+        if (freePhase > S(0)) {
             const Vec3<S> inertia = body.inertia.diagonal() - body.stiffening;
             body.stiffening = (body.stiffening - freePhase * inertia).cwiseMax(S(0));
             body.inertia.diagonal() = inertia + body.stiffening;
-            body.inverseInertia = inverseOf(body.inertia);
         }
+        body.inverseInertia = inverseOf(body.inertia);
     }
     problem.respond();
 }

@@ -3,7 +3,7 @@
 //     p_j <- what the joints and locks answer to it, exactly, by one factor over them all (joint_solve.hpp),
 // in turn. Joints are closed as a whole, C/h, in the pushing sweeps, and the relaxing ones take that speed out again.
 // Costs what gauss_seidel does and a factor a sub-step, linear in the joints of a tree. Use: what moves and is jointed:
-// ragdolls, nets, machines. Joints too many or too entangled for a factor are swept. Inertia always grows by what the
+// ragdolls, nets, machines. Joints too many or too entangled for a factor are swept with conjugate directions. Inertia always grows by what the
 // joints' forces resist to turning (theory 7.16): joints that hold exactly pull as hard as it takes, and light links in
 // a taut chain of 1000 times their mass would swing ever farther.
 #include "engine/solve/hybrid/joint_solve.hpp"
@@ -24,6 +24,12 @@ namespace {
 // is 20 um (measured on nets and dolls: 1e-5 to 1e-3 do as well).
 template <class S>
 constexpr S regularisation = S(1e-4);
+// Joints without a factor are swept as nncg sweeps them, by its spring (h omega = 5, damping ratio 5).
+template <class S>
+constexpr S sweptRate = S(1) / S(3);
+template <class S>
+constexpr S sweptStiffness = S(75);
+constexpr int minConjugate = 6;
 // Block multiply-adds (6x6) a body, of the dearest factor over joints.
 constexpr double maxJointWork = 80;
 
@@ -52,19 +58,18 @@ private:
         }
         HybridMemory<S>& memory = *problem.memory.hybrid;
         memory.isExact = memory.joints.begin(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
-        if (memory.isExact) {
-            system.joints().pushOut(
-                problem, {S(1) / h, S(1) / regularisation<S>, static_cast<S>(this->settings_.maxPushOutSpeed)});
-        }
+        const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
+        system.joints().pushOut(problem, memory.isExact
+                                             ? PushOutSpring<S>{S(1) / h, S(1) / regularisation<S>, maxSpeed}
+                                             : PushOutSpring<S>{sweptRate<S> / h, sweptStiffness<S>, maxSpeed});
     }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {
-        const bool isExact = !problem.rows.empty() && problem.memory.hybrid->isExact;
+        if (problem.rows.empty() || !problem.memory.hybrid->isExact) {
+            conjugateSweeps<S>(system, problem, std::max(iterations, minConjugate));
+            return;
+        }
         for (int iteration = 0; iteration < iterations; ++iteration) {
-            if (!isExact) {
-                system.sweep(problem, S(1));
-                continue;
-            }
             system.sweepContacts(problem, S(1));
             problem.memory.hybrid->joints.solve(problem, system.joints());
             if (problem.contacts.empty()) {

@@ -19,11 +19,11 @@ template <class S>
 template <class S>
 class CompactSweeps<S>::Bodies {
 public:
-    [[gnu::always_inline]] Bodies(CompactSweeps& all, const ProblemContact<S>& contact)
-        : toA_(all.rows_.v[static_cast<std::size_t>(contact.a)]),
-          toB_(all.rows_.v[static_cast<std::size_t>(contact.b)]),
-          a_(all.masses_[static_cast<std::size_t>(contact.a)]),
-          b_(all.masses_[static_cast<std::size_t>(contact.b)]),
+    [[gnu::always_inline]] Bodies(CompactSweeps& all, int a, int b)
+        : toA_(all.rows_.v[static_cast<std::size_t>(a)]),
+          toB_(all.rows_.v[static_cast<std::size_t>(b)]),
+          a_(all.masses_[static_cast<std::size_t>(a)]),
+          b_(all.masses_[static_cast<std::size_t>(b)]),
           va_(toA_.template head<3>()),
           wa_(toA_.template tail<3>()),
           vb_(toB_.template head<3>()),
@@ -38,6 +38,17 @@ public:
         wa_ -= a_.spin(point.armA.cross(impulse));
         vb_ += b_.inverse * impulse;
         wb_ += b_.spin(point.armB.cross(impulse));
+    }
+    // J v of a row between the two, and a push along it by an impulse.
+    [[gnu::always_inline]] S speed(const Gradient& row) const {
+        return row.a.template head<3>().dot(va_) + row.a.template tail<3>().dot(wa_) +
+               row.b.template head<3>().dot(vb_) + row.b.template tail<3>().dot(wb_);
+    }
+    [[gnu::always_inline]] void push(const Gradient& row, S impulse) {
+        va_ += a_.inverse * impulse * row.a.template head<3>();
+        wa_ += a_.spin(impulse * row.a.template tail<3>());
+        vb_ += b_.inverse * impulse * row.b.template head<3>();
+        wb_ += b_.spin(impulse * row.b.template tail<3>());
     }
     // What is fixed is shared by threads, and only read.
     [[gnu::always_inline]] void putBack() {
@@ -74,6 +85,7 @@ template <class S>
 void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h) {
     rows_.begin(problem, spring, warmStart, h);
     readBodies(problem);
+    layOutJoints(problem);
     const bool inLanes = ContactLanes<S>::areFor(problem);
     if (inLanes) {
         static_assert(sizeof(Mass) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
@@ -156,7 +168,7 @@ S CompactSweeps<S>::pushAll(Problem<S>& problem) {
             const ProblemContact<S>& contact = problem.contacts[c];
             const Vec6<S>& va = before_[static_cast<std::size_t>(contact.a)];
             const Vec6<S>& vb = before_[static_cast<std::size_t>(contact.b)];
-            Bodies bodies(*this, contact);
+            Bodies bodies(*this, contact.a, contact.b);
             const ContactRows<S>* point = firstPoint(problem, contact);
             for (int k = 0; k < contact.count; ++k, ++point) {
                 const Vec3<S> impulse = inWorld(problem.frames[c], point->impulse);
@@ -219,6 +231,46 @@ void CompactSweeps<S>::warmStart(Problem<S>& problem) {
 }
 
 template <class S>
+void CompactSweeps<S>::layOutJoints(const Problem<S>& problem) {
+    jointVisits_.resize(problem.jointOrder.size());
+    gradients_.resize(problem.jointOrder.empty() ? 0 : problem.rows.size());
+    problem.forEach(jointVisits_.size(), [&](std::size_t i) {
+        const RowBlock<S>& block = problem.blocks[problem.jointOrder[i]];
+        jointVisits_[i] = {block.a, block.b, block.first, block.count, problem.jointOrder[i], block.particles};
+        for (std::size_t r = static_cast<std::size_t>(block.first);
+             r < static_cast<std::size_t>(block.first + block.count); ++r) {
+            gradients_[r] = {problem.rows[r].a, problem.rows[r].b};
+        }
+    });
+}
+
+template <class S>
+S CompactSweeps<S>::sweepJoint(const Problem<S>& problem, const JointVisit& joint, S relaxation) {
+    if (joint.particles) {
+        return rows_.sweepBlock(problem, joint.block, relaxation);
+    }
+    Bodies bodies(*this, joint.a, joint.b);
+    S change = 0;
+    for (std::size_t i = static_cast<std::size_t>(joint.first); i < static_cast<std::size_t>(joint.first + joint.count);
+         ++i) {
+        const RowTerms<S>& t = rows_.terms[i];
+        if (!(t.delassus > S(0))) {
+            continue;
+        }
+        S& p = rows_.p[i];
+        const S error = bodies.speed(gradients_[i]) + t.bias + t.softness * p;
+        const S scale = t.delassus + t.softness;
+        const S next = std::clamp(p - relaxation * error / scale, t.lo, t.hi);
+        const S dp = next - p;
+        bodies.push(gradients_[i], dp);
+        change += scale * dp * dp;
+        p = next;
+    }
+    bodies.putBack();
+    return change;
+}
+
+template <class S>
 S CompactSweeps<S>::sweepJoints(const Problem<S>& problem, S relaxation) {
     if (problem.jointColours.empty()) {
         return rows_.sweep(problem, relaxation);
@@ -230,7 +282,7 @@ S CompactSweeps<S>::sweepJoints(const Problem<S>& problem, S relaxation) {
         const auto visit = [&](std::size_t from, std::size_t to) {
             S sum = 0;
             for (std::size_t i = from; i < to; ++i) {
-                sum += rows_.sweepBlock(problem, problem.jointOrder[begin + i], relaxation);
+                sum += sweepJoint(problem, jointVisits_[begin + i], relaxation);
             }
             return sum;
         };
@@ -249,7 +301,7 @@ S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, const Contact
     const Vec3<S> t1 = frame.tangent1;
     const Vec3<S> t2 = frame.tangent2;
     const bool rubs = contact.hasFriction();
-    Bodies bodies(*this, contact);
+    Bodies bodies(*this, contact.a, contact.b);
     S change = 0;
     for (int k = 0; k < contact.count; ++k) {
         ContactRows<S>& point = points[k];
@@ -330,7 +382,7 @@ void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& change) {
     problem.sumColours(0, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
             const ProblemContact<S>& contact = problem.contacts[c];
-            Bodies bodies(*this, contact);
+            Bodies bodies(*this, contact.a, contact.b);
             ContactRows<S>* point = firstPoint(problem, contact);
             const S* dp = ofContacts + 3 * contact.firstPoint;
             for (int k = 0; k < contact.count; ++k, ++point, dp += 3) {

@@ -57,12 +57,25 @@ private:
                     inertia[4] * l.x() + inertia[5] * l.y() + inertia[2] * l.z()};
         }
     };
-    // Both bodies of a contact while its points are visited: fetched once, and put back where they may move.
+    // Both bodies of a contact or joint while it is visited: fetched once, and put back where they may move.
     class Bodies;
+    // A joint of an island with colours: what a visit fetches of it beside the terms of its rows.
+    struct JointVisit {
+        int a, b;  // bodies
+        int first, count;
+        std::uint32_t block;  // of Problem::blocks
+        bool particles;
+    };
+    struct Gradient {
+        Vec6<S> a, b;
+    };
 
     // Friction, the impulses to start from, and the other terms.
     void beginContact(Problem<S>& problem, std::size_t c, const PushOutSpring<S>& spring, S warmStart, S h) const;
+    // Takes the joints of an island with colours in the order that they are visited in.
+    void layOutJoints(const Problem<S>& problem);
     S sweepJoints(const Problem<S>& problem, S relaxation);
+    S sweepJoint(const Problem<S>& problem, const JointVisit& joint, S relaxation);
     S sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,
                    S relaxation);
     S* twists() { return rows_.v.empty() ? nullptr : rows_.v.front().data(); }
@@ -72,6 +85,8 @@ private:
     RowSweeps<S> rows_;  // joints()
     ContactLanes<S> lanes_;
     std::vector<Mass> masses_;
+    std::vector<JointVisit> jointVisits_;
+    std::vector<Gradient> gradients_;  // of the rows of joints; without colours none
     std::vector<Vec6<S>> before_;
     std::size_t contactRowCount_ = 0;
 };

@@ -23,6 +23,7 @@ PushOutSpring<S> ImpulseSolver<S>::spring(S h) const {
 template <class S>
 template <class System>
 SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
+    constexpr bool isCompact = std::is_same_v<System, CompactSweeps<S>>;
     static thread_local System system;
     problem.predict(h);
     system.linearize(problem);
@@ -31,10 +32,12 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     }
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
+    } else if constexpr (isCompact) {
+        problem.respond();
     }
 
     system.begin(problem, spring(h), static_cast<S>(settings_.def.warmStart), h);
-    if constexpr (std::is_same_v<System, CompactSweeps<S>>) {
+    if constexpr (isCompact) {
         begin(problem, system, h);
     }
     system.warmStart(problem);
