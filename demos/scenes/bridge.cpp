@@ -14,7 +14,8 @@ Scene makeBridge(const SceneParameters& parameters) {
     const double turn = pi / 4 / n;  // rad, from plank to plank: an eighth of a circle in all
     const double radius = 0.5 * length / std::sin(0.5 * turn);
     const double halfSpan = radius * std::sin(0.5 * n * turn);
-    const double height = 4;  // m, of the posts and of the first and last hinge
+    const double sag = radius - radius * std::cos(0.5 * n * turn);
+    const double height = std::max(4.0, sag + 1.1);  // m, of the posts and of the first and last hinge
     const double centre = height + radius * std::cos(0.5 * n * turn);
     const auto hinge = [&](int i) {
         const double angle = (i - 0.5 * n) * turn;
@@ -44,11 +45,20 @@ Scene makeBridge(const SceneParameters& parameters) {
         last = plank;
     }
     scene.add(numbered("hinge", n), HingeDef{.a = last, .b = right, .anchor = hinge(n), .axis = Vec3d::UnitZ()});
+    // In layers of as many as the planks leave room for.
+    const double halfCrate = 0.4;
+    const double pitch = 3 * halfCrate;
+    const double lowest = height + 0.3;  // m, of their centres
+    const double below = centre - (lowest - halfCrate - 2 * halfThick);
+    const double room = std::sqrt(radius * radius - below * below) - halfCrate;
+    const int mostInLayer = 1 + static_cast<int>(2 * std::max(0.0, room) / pitch);
     for (int i = 0; i < crates; ++i) {
-        const double x = 1.2 * (i - 0.5 * (crates - 1));
+        const int layer = i / mostInLayer;
+        const int inLayer = std::min(mostInLayer, crates - layer * mostInLayer);
+        const double x = pitch * (i % mostInLayer - 0.5 * (inLayer - 1));
         scene.add({.name = numbered("crate", i),
-                   .shapes = {withFriction(box({0.4, 0.4, 0.4}), 0.6)},
-                   .position = Vec3d(x, height + 0.3, 0),
+                   .shapes = {withFriction(box({halfCrate, halfCrate, halfCrate}), 0.6)},
+                   .position = Vec3d(x, lowest + layer * pitch, 0),
                    .mass = parameters.number("load")});
     }
     scene.view = {Vec3d(0.6 * halfSpan, height + 1.5, 2.1 * halfSpan + 2), Vec3d(0, 0.72 * height, 0), 40};

@@ -233,8 +233,7 @@ void Gatherer<S>::fillContacts() {
             contact.restitution = manifold.restitution;
         }
     }
-    constexpr std::size_t least = 32;
-    if (problem_.jobs != nullptr || problem_.contacts.size() >= least) {
+    if (problem_.jobs != nullptr) {
         colourContacts();
     }
     int count = 0;

@@ -155,10 +155,23 @@ TEST_P(EveryScene, IsTheSameEveryTimeAndSurvivesAFile) {
     EXPECT_EQ(text, toJson(parseScene(text, ".", "built-in")));
 }
 
-TEST_P(EveryScene, NothingOverlapsAtTheStart) {
-    const Scene scene = makeScene(GetParam().name);
+void expectNothingOverlaps(const Scene& scene) {
     for (const Touch& touch : touches(scene, 0)) {
         EXPECT_GT(touch.separation, -1e-9) << scene.bodies[touch.a].name << " in " << scene.bodies[touch.b].name;
+    }
+}
+
+TEST_P(EveryScene, NothingOverlapsAtTheStart) {
+    expectNothingOverlaps(makeScene(GetParam().name));
+}
+
+TEST_P(EveryScene, NothingOverlapsAtTheStartWhereThereIsFiveTimesAsMuch) {
+    for (const SceneParameter& parameter : GetParam().parameters) {
+        if (parameter.whole && parameter.choices.empty()) {
+            SCOPED_TRACE(parameter.name);
+            const double value = std::clamp(5 * parameter.standard, parameter.min, parameter.max);
+            expectNothingOverlaps(makeScene(GetParam().name, {{parameter.name, value}}));
+        }
     }
 }
 

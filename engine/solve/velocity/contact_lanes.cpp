@@ -37,10 +37,6 @@ void ContactLanes<S>::forPoints(const Problem<S>& problem, const Visit& visit) c
 template <class S>
 template <class Visit>
 void ContactLanes<S>::forPacks(const Problem<S>& problem, const Visit& visit) const {
-    if (problem.jobs == nullptr) {
-        visit(contactKernels<S>(), std::size_t(0), packs_.size());
-        return;
-    }
     const std::size_t chunks = (packs_.size() + packsAtOnce - 1) / packsAtOnce;
     parallelFor(*problem.jobs, chunks, 1, [&](std::size_t c) {
         visit(contactKernels<S>(), c * packsAtOnce, std::min(packs_.size(), (c + 1) * packsAtOnce));
@@ -54,7 +50,7 @@ void ContactLanes<S>::forColours(const Problem<S>& problem, const Visit& visit) 
     for (std::size_t k = 0; k < ends_.size(); ++k) {
         const std::size_t count = ends_[k] - begin;
         const std::size_t chunks = (count + packsAtOnce - 1) / packsAtOnce;
-        if (k + 1 == ends_.size() || problem.jobs == nullptr || problem.jobs->threadCount() == 1) {
+        if (k + 1 == ends_.size() || problem.jobs->threadCount() == 1) {
             visit(begin, ends_[k]);
         } else {
             parallelFor(*problem.jobs, chunks, 1, [&](std::size_t c) {
