@@ -15,6 +15,9 @@ public:
           places_(problem.places),
           rounds_(problem.rounds),
           rolls_(problem.rolls),
+          contactColours_(problem.contactColours),
+          jointColours_(problem.jointColours),
+          jointOrder_(problem.jointOrder),
           jointLambda_(problem.jointLambda),
           jointImpulse_(problem.jointImpulse) {}
     void restore(Problem<S>& problem) const {
@@ -25,6 +28,9 @@ public:
         problem.places = places_;
         problem.rounds = rounds_;
         problem.rolls = rolls_;
+        problem.contactColours = contactColours_;
+        problem.jointColours = jointColours_;
+        problem.jointOrder = jointOrder_;
         problem.jointLambda = jointLambda_;
         problem.jointImpulse = jointImpulse_;
     }
@@ -37,6 +43,9 @@ private:
     std::vector<PointPlaces<S>> places_;
     std::vector<RoundPlaces<S>> rounds_;
     std::vector<typename Problem<S>::RollLink> rolls_;
+    std::vector<std::size_t> contactColours_;
+    std::vector<std::size_t> jointColours_;
+    std::vector<std::uint32_t> jointOrder_;
     std::vector<S> jointLambda_;
     std::vector<typename Problem<S>::JointGiven> jointImpulse_;
 };

@@ -58,5 +58,24 @@ TEST(Checkpoint, PutsBackBodiesForcesAndDecisions) {
     EXPECT_EQ(state.settleAfter, before.settleAfter);
 }
 
+// Colours are places among the contacts: those of others are beyond their end.
+TEST(Checkpoint, PutsBackColours) {
+    Problem<double> problem;
+    problem.contacts.resize(3);
+    problem.contactColours = {2, 3};
+    problem.jointOrder = {1, 0};
+    problem.jointColours = {1, 2};
+    const Checkpoint<double> start(problem);
+    problem.contacts.resize(9);
+    problem.contactColours = {4, 8, 9};
+    problem.jointOrder = {0};
+    problem.jointColours = {1};
+    start.restore(problem);
+    EXPECT_EQ(problem.contactColours, (std::vector<std::size_t>{2, 3}));
+    EXPECT_EQ(problem.contactColours.back(), problem.contacts.size());
+    EXPECT_EQ(problem.jointOrder, (std::vector<std::uint32_t>{1, 0}));
+    EXPECT_EQ(problem.jointColours, (std::vector<std::size_t>{1, 2}));
+}
+
 }  // namespace
 }  // namespace cairn
