@@ -176,7 +176,8 @@ struct Problem {
     // solver places them itself.
     void linearize();
     void linearizeCompact(bool placesContacts = true);
-    // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it, the other does not.
+    // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it, the other does
+    // not.
     void respond();
     // Adds SolverBody::offset, and that of the flight after an impact, to C of the contacts, so that C + h J v is where
     // they end.

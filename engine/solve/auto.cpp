@@ -26,6 +26,9 @@ constexpr double hybridVisits = 8;
 // step is worth, a bit more than a millisecond (docs/solvers.md, "The knee").
 constexpr double sweptWork = 72;
 constexpr double freeWork = 5e4;
+// The same where sub-steps are halved, some 5 ms: bridges of 20 to 60 planks under crates of fifty planks' weight open
+// by 4 mm at most, with a quarter of it by 15, without a bound by 74, and a curtain of 10,000 balls takes 5 s a step.
+constexpr double freeWorkAnew = 2e5;
 // Iterations that an island always gets: the first step of a wall at rest takes about ten, once.
 constexpr int minIterations = 8;
 constexpr int minIterationsAtRest = 25;
@@ -80,6 +83,10 @@ double kneeWorkPerRow(double rows) {
     return std::max(sweptWork, freeWork / std::max(rows, 1.0));
 }
 
+double anewWorkPerRow(double rows) {
+    return std::max(sweptWork, freeWorkAnew / std::max(rows, 1.0));
+}
+
 template <class S>
 Auto<S>::Auto(const SolverSettings& settings)
     : settings_(settings),
@@ -115,7 +122,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
         return plan;
     }
     plan.maxWork = infinity<double>();
-    plan.maxWorkAnew = rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
+    plan.maxWorkAnew = rows > 0 ? problem.limits.workPerRowAnew * rows : infinity<double>();
     plan.mayBeRefused = false;
     const Sweeper by = sweeper(problem, plan);
     const double affordable = problem.limits.maxWork / std::max(1.0, by.visits * rows);

@@ -9,6 +9,8 @@ namespace cairn {
 // What an exact solution of what moves is worth, in work a row (SolveReport::work), in a step in which `rows` rows are
 // solved and no error is asked for.
 double kneeWorkPerRow(double rows);
+// The same of such a step with all that is done again in shorter sub-steps.
+double anewWorkPerRow(double rows);
 
 template <class S>
 class Auto final : public Solver<S> {

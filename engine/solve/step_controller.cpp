@@ -111,13 +111,31 @@ typename StepController<S>::Course StepController<S>::begin(S dt, int substeps, 
 }
 
 template <class S>
-S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
+int StepController<S>::affordableHalvings(const Course& course, int wanted, double work) const {
+    const StepPlan& plan = problem_.plan;
+    int more = std::min(wanted, maxHalvings - state_.halvings);
+    const auto cost = [&] { return course.sum.work + work * (1 + (plan.substeps << (state_.halvings + more))); };
+    while (more > 0 && cost() > plan.maxWorkAnew) {
+        --more;
+    }
+    return more;
+}
+
+template <class S>
+void StepController<S>::setLimits(double maxWork) {
     SubstepLimits& limits = problem_.limits;
     limits.maxWork = maxWork;
     limits.isCold = false;
+    limits.workPerRow = isAsked() ? infinity<double>() : request_.workPerRow;
+    limits.workPerRowAnew = isAsked() ? infinity<double>() : request_.workPerRowAnew;
+}
+
+template <class S>
+S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
+    setLimits(maxWork);
+    SubstepLimits& limits = problem_.limits;
     int& halvings = state_.halvings;
     halvings = std::max(0, halvings - 1);
-    limits.workPerRow = isAsked() ? infinity<double>() : request_.workPerRow;
     problem_.plan = this->plan(dt);
     const StepPlan& plan = problem_.plan;
     if (mayBeginAnew(plan)) {
@@ -134,17 +152,9 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         solution.halvings += more;
         course = begin(dt, plan.substeps << halvings, {.work = course.sum.work + work}, balance);
     };
-    // Of `wanted` halvings as many as are left, and as the step is worth where a sub-step takes `work`.
-    const auto affordable = [&](int wanted, double work) {
-        int more = std::min(wanted, maxHalvings - halvings);
-        while (more > 0 && course.sum.work + work * (1 + (plan.substeps << (halvings + more))) > plan.maxWorkAnew) {
-            --more;
-        }
-        return more;
-    };
     while (course.left > 0) {
         SolveReport one = advance(course, maxWork);
-        if (const int more = start ? affordable(problem_.halvingsAsked, one.work) : 0; more > 0) {
+        if (const int more = start ? affordableHalvings(course, problem_.halvingsAsked, one.work) : 0; more > 0) {
             beginAnew(more, one.work);
             continue;
         }
@@ -161,7 +171,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
             const bool sound = !guards || isSound(plan.guard, one);
-            const bool isShortest = affordable(1, one.work) == 0;
+            const bool isShortest = affordableHalvings(course, 1, one.work) == 0;
             if ((!sound && isShortest) || (!guards && one.energyGained > explosion * one.energyInPlay)) {
                 balance.takeBack(problem_, one);
             }

@@ -29,6 +29,7 @@ struct SolveRequest {
     double contactMargin = 0;          // m
     double manifoldReuseDistance = 0;  // m
     double workPerRow = 0;             // as SubstepLimits, where no error is asked for
+    double workPerRowAnew = 0;         // likewise
     NarrowPhase narrowPhase = NarrowPhase::Auto;
     int subdivisions = 1;  // where no tolerance is asked: of islands whose error is worth it
 };
@@ -73,6 +74,10 @@ private:
             isFirst = false;
         }
     };
+    // Of `wanted` halvings, for a step that begins anew, as many as are left and as it is worth where a sub-step takes
+    // `work`.
+    int affordableHalvings(const Course& course, int wanted, double work) const;
+    void setLimits(double maxWork);  // of a subdivision
     // At the start of a subdivision of dt, or of one that begins anew after `cost`.
     Course begin(S dt, int substeps, const SolveReport& cost, Balance<S>& balance);
     SolveReport advance(const Course& course, double maxWork);

@@ -376,8 +376,13 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
 template <class S>
 void World<S>::Impl::solveIslands(S dt) {
     const std::vector<Island>& active = islands.awake();
-    SolveRequest request{
-        def.accuracy, def.contactMargin, def.manifoldReuseDistance, kneeWorkPerRow(rowsToSolve()), def.narrowPhase, 1};
+    const double rows = rowsToSolve();
+    SolveRequest request{.accuracy = def.accuracy,
+                         .contactMargin = def.contactMargin,
+                         .manifoldReuseDistance = def.manifoldReuseDistance,
+                         .workPerRow = kneeWorkPerRow(rows),
+                         .workPerRowAnew = anewWorkPerRow(rows),
+                         .narrowPhase = def.narrowPhase};
     Solver<S>& by = solverOf(request);
     shareWork();
     narrow_ = {};

@@ -21,7 +21,7 @@ TEST(Bridge, StaysInOnePieceHoweverLongItIs) {
         const char* solver;
         double usual, heavy;  // m, under crates of five and of fifty planks' weight
     };
-    for (const Bound& bound : {Bound{"auto", 1.6e-3, 1.7e-3}, Bound{"direct", 2.1e-3, 3.2e-3}}) {
+    for (const Bound& bound : {Bound{"auto", 7e-3, 4.6e-3}, Bound{"direct", 2.1e-3, 3.2e-3}}) {
         for (const double planks : {20, 25, 30, 40, 50, 60}) {
             expectBelow(std::string(bound.solver) + ", " + std::to_string(planks) + " planks: gap, m",
                         worstGap(bound.solver, planks, 100), bound.usual);
@@ -29,6 +29,20 @@ TEST(Bridge, StaysInOnePieceHoweverLongItIs) {
         expectBelow(std::string(bound.solver) + ", heavy crates: gap, m", worstGap(bound.solver, 40, 1000),
                     bound.heavy);
     }
+}
+
+// Its joints are too many for a factor: swept, they hold all the same, and no step takes more than it is worth.
+TEST(Curtain, OfThousandsOfBallsHolds) {
+    const Scene scene = makeScene("joint_grid", {{"n", 60}});
+    SceneRun run(scene);
+    double most = 0;
+    for (int step = 0; step < 20; ++step) {
+        run.step();
+        const StepCounts& counts = run.simulation().report().counts;
+        most = std::max(most, counts.work / counts.rows);
+    }
+    expectBelow("gap, m", run.result().worst.jointGap, 2.4e-3);
+    expectBelow("work a row", most, 96);
 }
 
 // Its knees bend as fine steps bend them: no damping holds it stiff.

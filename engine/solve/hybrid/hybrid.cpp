@@ -3,9 +3,9 @@
 //     p_j <- what the joints and locks answer to it, exactly, by one factor over them all (joint_solve.hpp),
 // in turn. Joints are closed as a whole, C/h, in the pushing sweeps, and the relaxing ones take that speed out again.
 // Costs what gauss_seidel does and a factor a sub-step, linear in the joints of a tree. Use: what moves and is jointed:
-// ragdolls, nets, machines. Joints too many or too entangled for a factor are swept with conjugate directions. Inertia always grows by what the
-// joints' forces resist to turning (theory 7.16): joints that hold exactly pull as hard as it takes, and light links in
-// a taut chain of 1000 times their mass would swing ever farther.
+// ragdolls, nets, machines. Joints too many or too entangled for a factor are swept with conjugate directions. Inertia
+// always grows by what the joints' forces resist to turning (theory 7.16): joints that hold exactly pull as hard as it
+// takes, and light links in a taut chain of 1000 times their mass would swing ever farther.
 #include "engine/solve/hybrid/joint_solve.hpp"
 #include "engine/solve/velocity/impulse_solver.hpp"
 
