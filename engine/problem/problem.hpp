@@ -133,6 +133,12 @@ struct Problem {
 
     // Nothing is left but room.
     void clear();
+    // How many rows there will be: three a contact point, and about as many as a joint has on average.
+    double expectedRows() const {
+        constexpr double rowsOfJoint = 4;
+        return 3 * static_cast<double>(points.size()) +
+               rowsOfJoint * static_cast<double>(joints.size() + locks.size() + rolls.size());
+    }
     // Point k of a contact is there. The first says what carries the normal, from where the bodies are now.
     void placePoint(ProblemContact<S>& contact, int k, ContactGeometry<S> at);
     // `point` is one of `points`, here and below.

@@ -33,14 +33,6 @@ constexpr double freeWorkAnew = 2e5;
 constexpr int minIterations = 8;
 constexpr int minIterationsAtRest = 25;
 
-// Of an island as it was gathered: three a contact point, and about as many as a joint has on average.
-template <class S>
-double rowCount(const Problem<S>& problem) {
-    constexpr double rowsOfJoint = 4;
-    return 3 * static_cast<double>(problem.points.size()) +
-           rowsOfJoint * static_cast<double>(problem.joints.size() + problem.locks.size() + problem.rolls.size());
-}
-
 // Whether a body is as deep in another as will move it: by millimetres, and by what is much of itself.
 template <class S>
 bool isPressed(const Problem<S>& problem) {
@@ -97,7 +89,7 @@ Auto<S>::Auto(const SolverSettings& settings)
 
 template <class S>
 StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) const {
-    const double rows = rowCount(problem);
+    const double rows = problem.expectedRows();
     const bool moves = direct_->moves(problem) || isPressed(problem);
     // What rests has one answer, which serves on. But what hangs in its first step may be about to fall; and where an
     // exact solution has failed of late, as of dolls that lie in a heap, it would fail again.

@@ -40,7 +40,10 @@ public:
 
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
         StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
-        plan.guard = problem.joints.empty() ? Guard::None : Guard::Energy;
+        if (!problem.joints.empty()) {
+            plan.guard = Guard::Energy;
+            plan.maxWorkAnew = problem.limits.workPerRowAnew * problem.expectedRows();
+        }
         return plan;
     }
 
