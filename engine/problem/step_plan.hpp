@@ -72,8 +72,8 @@ struct SubstepLimits {
     double maxWork = std::numeric_limits<double>::infinity();
     // A row of what moves, in a step where no error is asked for: what an exact solution is worth.
     double workPerRow = std::numeric_limits<double>::infinity();
-    double workPerRowAnew =
-        std::numeric_limits<double>::infinity();  // with all that is done again in shorter sub-steps
+    // The same with all that is done again in shorter sub-steps.
+    double workPerRowAnew = std::numeric_limits<double>::infinity();
     bool isByPlan = false;  // maxWork is StepPlan's: sweeps may take over what it does not pay for
 };
 

@@ -111,11 +111,12 @@ typename StepController<S>::Course StepController<S>::begin(S dt, int substeps, 
 }
 
 template <class S>
-int StepController<S>::affordableHalvings(const Course& course, int wanted, double work) const {
+int StepController<S>::affordableHalvings(const Course& course, int wanted, const SolveReport& one) const {
     const StepPlan& plan = problem_.plan;
     int more = std::min(wanted, maxHalvings - state_.halvings);
-    const auto cost = [&] { return course.sum.work + work * (1 + (plan.substeps << (state_.halvings + more))); };
-    while (more > 0 && cost() > plan.maxWorkAnew) {
+    const auto cost = [&] { return course.sum.work + one.work * (1 + (plan.substeps << (state_.halvings + more))); };
+    // What is not finite is worth any price.
+    while (more > 0 && std::isfinite(one.energyGained) && cost() > plan.maxWorkAnew) {
         --more;
     }
     return more;
@@ -154,7 +155,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     };
     while (course.left > 0) {
         SolveReport one = advance(course, maxWork);
-        if (const int more = start ? affordableHalvings(course, problem_.halvingsAsked, one.work) : 0; more > 0) {
+        if (const int more = start ? affordableHalvings(course, problem_.halvingsAsked, one) : 0; more > 0) {
             beginAnew(more, one.work);
             continue;
         }
@@ -171,7 +172,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
             const bool sound = !guards || isSound(plan.guard, one);
-            const bool isShortest = affordableHalvings(course, 1, one.work) == 0;
+            const bool isShortest = affordableHalvings(course, 1, one) == 0;
             if ((!sound && isShortest) || (!guards && one.energyGained > explosion * one.energyInPlay)) {
                 balance.takeBack(problem_, one);
             }

@@ -68,13 +68,16 @@ private:
     }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {
-        if (problem.rows.empty() || !problem.memory.hybrid->isExact) {
+        const bool isJointed = !problem.rows.empty();
+        if (isJointed && !problem.memory.hybrid->isExact) {
             conjugateSweeps<S>(system, problem, std::max(iterations, minConjugate));
             return;
         }
         for (int iteration = 0; iteration < iterations; ++iteration) {
             system.sweepContacts(problem, S(1));
-            problem.memory.hybrid->joints.solve(problem, system.joints());
+            if (isJointed) {
+                problem.memory.hybrid->joints.solve(problem, system.joints());
+            }
             if (problem.contacts.empty()) {
                 break;
             }
