@@ -24,11 +24,7 @@ namespace {
 // is 20 um (measured on nets and dolls: 1e-5 to 1e-3 do as well).
 template <class S>
 constexpr S regularisation = S(1e-4);
-// Joints without a factor are swept as nncg sweeps them, by its spring (h omega = 5, damping ratio 5).
-template <class S>
-constexpr S sweptRate = S(1) / S(3);
-template <class S>
-constexpr S sweptStiffness = S(75);
+// Of joints without a factor, in a sub-step: as nncg's.
 constexpr int minConjugate = 6;
 // Block multiply-adds (6x6) a body, of the dearest factor over joints.
 constexpr double maxJointWork = 80;
@@ -62,9 +58,8 @@ private:
         HybridMemory<S>& memory = *problem.memory.hybrid;
         memory.isExact = memory.joints.begin(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
         const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
-        system.joints().pushOut(problem, memory.isExact
-                                             ? PushOutSpring<S>{S(1) / h, S(1) / regularisation<S>, maxSpeed}
-                                             : PushOutSpring<S>{sweptRate<S> / h, sweptStiffness<S>, maxSpeed});
+        system.joints().pushOut(problem, memory.isExact ? PushOutSpring<S>{S(1) / h, S(1) / regularisation<S>, maxSpeed}
+                                                        : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed));
     }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {

@@ -14,13 +14,6 @@ constexpr int relaxSweeps = 2;
 }  // namespace
 
 template <class S>
-PushOutSpring<S> ImpulseSolver<S>::spring(S h) const {
-    const S phase = static_cast<S>(pushOut_.phase);
-    const S stiff = S(2) * static_cast<S>(pushOut_.dampingRatio) + phase;
-    return {phase / stiff / h, phase * stiff, static_cast<S>(settings_.maxPushOutSpeed)};
-}
-
-template <class S>
 template <class System>
 SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     constexpr bool isCompact = std::is_same_v<System, CompactSweeps<S>>;
@@ -36,7 +29,8 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
         problem.respond();
     }
 
-    system.begin(problem, spring(h), static_cast<S>(settings_.def.warmStart), h);
+    system.begin(problem, pushOut_.spring(h, static_cast<S>(settings_.maxPushOutSpeed)),
+                 static_cast<S>(settings_.def.warmStart), h);
     if constexpr (isCompact) {
         begin(problem, system, h);
     }

@@ -25,7 +25,14 @@ public:
     struct PushOut {
         double phase = 0.5 * std::numbers::pi;
         double dampingRatio = 10;
+
+        PushOutSpring<S> spring(S h, S maxSpeed) const {
+            const S stiff = S(2) * static_cast<S>(dampingRatio) + static_cast<S>(phase);
+            return {static_cast<S>(phase) / stiff / h, static_cast<S>(phase) * stiff, maxSpeed};
+        }
     };
+    // As stiff as sweeps with conjugate directions bear, six and more a sub-step.
+    static PushOut conjugatePushOut() { return {.phase = 5, .dampingRatio = 5}; }
     ImpulseSolver(const SolverSettings& settings, ContactForm form, int substeps, int iterations, PushOut pushOut = {})
         : settings_(settings),
           substeps_(settings.def.substeps > 0 ? settings.def.substeps : substeps),
@@ -53,7 +60,6 @@ protected:
 private:
     template <class System>
     SolveReport advanceWith(Problem<S>& problem, S h);
-    PushOutSpring<S> spring(S h) const;
 
     ContactForm form_;
     PushOut pushOut_;

@@ -24,7 +24,7 @@ private:
     static typename ImpulseSolver<S>::PushOut pushOutFor(const SolverNumbers& def) {
         typename ImpulseSolver<S>::PushOut pushOut;
         if (def.iterations == 0 || def.iterations > 4) {
-            pushOut = {.phase = 5, .dampingRatio = 5};
+            pushOut = ImpulseSolver<S>::conjugatePushOut();
         }
         return pushOut;
     }
