@@ -16,7 +16,6 @@ struct DirectMemory {
     Problem<double> wide;     // bodies and rows of a float island, in double
     std::uint64_t graph = 0;  // for which cost was predicted
     double factorWork = 0;
-    double rows = 0;
 };
 
 namespace {
@@ -133,6 +132,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
                                  : moves ? Tuning::movingRegularisation
                                          : Tuning::restingRegularisation;
     }
+    options.solvedShare = moves || jointsAlone ? 1 : Tuning::restingShare;
     options.stalled = options.tolerance * (jointsAlone || moves ? Tuning::movingStalled : Tuning::restingStalled);
     options.deSaxceTolerance = std::max(Tuning::deSaxceTolerance, Tuning::deSaxceShare * speed);
     options.maxIterations = settings.def.iterations > 0 ? settings.def.iterations : Tuning::maxIterations;
@@ -143,6 +143,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
         // A step goes as far as it would at any time.
         options.enough = options.tolerance;
         options.tolerance *= Tuning::settledShare;
+        options.solvedShare = 1;
         options.stalled *= Tuning::settledShare;
         options.maxIterations = std::min(options.maxIterations, Tuning::settleIterations);
     }
@@ -284,13 +285,10 @@ typename Direct<S>::Cost Direct<S>::predictCost(Problem<S>& problem) const {
     DirectMemory<S>& memory = memoryOf(problem);
     if (const std::uint64_t graph = graphOf(problem); graph != memory.graph) {
         memory.graph = graph;
-        problem.linearize();
-        memory.newton.prepare(widen(problem, memory.wide), settings_.def.linearSolver);
-        memory.factorWork = memory.newton.work();
-        memory.rows = static_cast<double>(problem.rows.size());
+        memory.factorWork = memory.newton.predictWork(problem, settings_.def.linearSolver);
     }
     return {memory.factorWork, memory.factorWork * (isActiveSetChanging(problem) ? Tuning::expectedIterations : 1),
-            memory.rows};
+            problem.expectedRows()};
 }
 
 template <class S>
@@ -461,6 +459,7 @@ void Direct<S>::projectErrors(Problem<S>& problem, S h, SolveReport& report) con
     ContactNewton<double>& newton = memory.newton;
     NewtonOptions options = optionsFor(problem, settings_, newton.work());
     options.tolerance = Tuning::projectionTolerance * Tuning::smallError / static_cast<double>(h);
+    options.solvedShare = 1;
     options.stalled = Tuning::projectionStalled * options.tolerance;
     // Joints alone are closed by their own Newton: what it has not closed is torn, and pulled together share by share
     // it would lift what hangs from it.

@@ -368,6 +368,7 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
         report.converged = true;
         return report;
     }
+    const double target = options.solvedShare * options.tolerance;
     S reg = static_cast<S>(options.regularisation);
     regularise(problem, reg);
     // Equalities alone have no active set to guess, and sweeps would leave the load of redundant rows on the first of
@@ -386,13 +387,13 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     double residualBefore = std::numeric_limits<double>::infinity();
     int deSaxceUpdates = 0;
     while (report.iterations < options.maxIterations) {
-        if (evaluate(problem, impulse, g) <= static_cast<S>(options.tolerance)) {
+        if (evaluate(problem, impulse, g) <= static_cast<S>(target)) {
             // This centre's problem is solved: has the bias of the regularisation gone, and does sliding still dilate?
             system.p = impulse;
             const std::vector<Vec6<S>> newton = system.v;
             momentumVelocity(problem);
             report.residual = residual(problem);
-            if (report.residual <= options.tolerance) {
+            if (report.residual <= target) {
                 report.converged = true;
                 if (deSaxceUpdates >= options.maxDeSaxceUpdates || updateDeSaxce(problem) <= options.deSaxceTolerance) {
                     return report;

@@ -22,7 +22,8 @@ namespace cairn {
 struct NewtonOptions {
     double regularisation = 0;     // of A_ii, to begin with
     double minRegularisation = 0;  // of A_ii, where mass ratios ask for less
-    double tolerance = 0;          // m/s
+    double tolerance = 0;          // m/s, residual under which nothing is begun
+    double solvedShare = 1;        // of the tolerance, to which what is begun is solved
     double deSaxceTolerance = 0;   // m/s
     double stalled = 0;            // m/s, residual that is accepted where the rows contradict each other
     double enough = 0;             // m/s, residual with which the iterations may run out
@@ -45,6 +46,10 @@ struct NewtonReport {
 template <class S>
 class ContactNewton {
 public:
+    // Block multiply-adds of one factor of what joints and contacts tie together, rows or none. The pattern is kept for
+    // prepare().
+    template <class P>
+    double predictWork(const Problem<P>& problem, LinearSolver linearSolver);
     // Reads the island's graph and prepares the factor's pattern; cheap when nothing changed since the last call.
     void prepare(const Problem<S>& problem, LinearSolver linearSolver = LinearSolver::Factor);
     // Block multiply-adds of one factor of the graph last prepared; under conjugate gradients of one product.
@@ -70,6 +75,16 @@ private:
         return problem.blocks[block].count == 3 && problem.blocks[block].kind == BlockKind::Contact &&
                system.friction[block] >= S(0);
     }
+    // Whether both push the same two bodies and no others.
+    static bool isOfSamePair(const RowBlock<S>& one, const RowBlock<S>& other) {
+        return one.kind == BlockKind::Contact && other.kind == BlockKind::Contact && one.a == other.a &&
+               one.b == other.b;
+    }
+    template <class P>
+    void numberBodies(const Problem<P>& problem);
+    // Collects what ties two nodes; in order and each once after analyseEdges(), which prepares the factor's pattern.
+    void addEdge(int a, int b);
+    void analyseEdges();
     static std::size_t pairOf(int l, int m) { return static_cast<std::size_t>(m * (m - 1) / 2 + l); }  // l < m
     // visit(pairOf(l, m), node of l, node of m) for each two dynamic bodies of a block.
     template <class Visit>
@@ -127,6 +142,7 @@ private:
 
     std::vector<int> node_;  // of each body; -1: fixed
     std::vector<int> bodyOfNode_;
+    std::vector<SparseFactor::Edge> edges_;
     std::vector<std::array<std::size_t, 6>> edgesOfBlock_;  // by pairOf(); unset where one of the bodies is fixed
     LinearSolver linearSolver_ = LinearSolver::Factor;
     SparseFactor factor_{SparseFactor::Kind::Positive};

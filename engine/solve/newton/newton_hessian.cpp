@@ -20,9 +20,8 @@ void addBlock(const SparseFactor::Block& to, const Mat6<S>& value) {
 }  // namespace
 
 template <class S>
-void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSolver) {
-    factored_ = factored_ && linearSolver == linearSolver_;
-    linearSolver_ = linearSolver;
+template <class P>
+void ContactNewton<S>::numberBodies(const Problem<P>& problem) {
     node_.assign(problem.bodies.size(), -1);
     bodyOfNode_.clear();
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
@@ -31,26 +30,78 @@ void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSol
             bodyOfNode_.push_back(static_cast<int>(i));
         }
     }
-    std::vector<std::pair<SparseFactor::Edge, std::size_t>> wanted;
-    edgesOfBlock_.assign(problem.blocks.size(), {});
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
-        forEachEdge(problem.blocks[k], [&](std::size_t pair, int a, int b) {
-            wanted.push_back({{std::min(a, b), std::max(a, b)}, 6 * k + pair});
-        });
+}
+
+template <class S>
+void ContactNewton<S>::addEdge(int a, int b) {
+    const SparseFactor::Edge edge{std::min(a, b), std::max(a, b)};
+    if (edges_.empty() || edges_.back() != edge) {
+        edges_.push_back(edge);
     }
-    std::sort(wanted.begin(), wanted.end());
-    std::vector<SparseFactor::Edge> edges;
-    for (const auto& [edge, place] : wanted) {
-        if (edges.empty() || edges.back() != edge) {
-            edges.push_back(edge);
-        }
-        edgesOfBlock_[place / 6][place % 6] = edges.size() - 1;
-    }
+}
+
+template <class S>
+void ContactNewton<S>::analyseEdges() {
+    std::sort(edges_.begin(), edges_.end());
+    edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
     if (linearSolver_ == LinearSolver::Factor) {
         rowsOfNode_.assign(bodyOfNode_.size(), 6);
-        factor_.analyse(rowsOfNode_, edges, infinity<double>());
+        factor_.analyse(rowsOfNode_, edges_, infinity<double>());
     }
-    productWork_ = static_cast<double>(bodyOfNode_.size() + edges.size());
+    productWork_ = static_cast<double>(bodyOfNode_.size() + edges_.size());
+}
+
+template <class S>
+template <class P>
+double ContactNewton<S>::predictWork(const Problem<P>& problem, LinearSolver linearSolver) {
+    factored_ = factored_ && linearSolver == linearSolver_;
+    linearSolver_ = linearSolver;
+    numberBodies(problem);
+    edges_.clear();
+    const auto tie = [&](int a, int b) {
+        if (a >= 0 && b >= 0 && node_[at(a)] >= 0 && node_[at(b)] >= 0) {
+            addEdge(node_[at(a)], node_[at(b)]);
+        }
+    };
+    for (const auto& link : problem.joints) {
+        const std::array<int, 4> bodies{link.a, link.b, link.c, link.d};
+        for (std::size_t m = 1; m < bodies.size(); ++m) {
+            for (std::size_t l = 0; l < m; ++l) {
+                tie(bodies[l], bodies[m]);
+            }
+        }
+    }
+    for (const ProblemContact<P>& contact : problem.contacts) {
+        if (contact.count > 0) {
+            tie(contact.a, contact.b);
+        }
+    }
+    analyseEdges();
+    return work();
+}
+
+template <class S>
+void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSolver) {
+    factored_ = factored_ && linearSolver == linearSolver_;
+    linearSolver_ = linearSolver;
+    numberBodies(problem);
+    edges_.clear();
+    for (const RowBlock<S>& block : problem.blocks) {
+        forEachEdge(block, [&](std::size_t, int a, int b) { addEdge(a, b); });
+    }
+    analyseEdges();
+    edgesOfBlock_.assign(problem.blocks.size(), {});
+    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        if (k > 0 && isOfSamePair(problem.blocks[k - 1], problem.blocks[k])) {
+            edgesOfBlock_[k] = edgesOfBlock_[k - 1];
+            continue;
+        }
+        forEachEdge(problem.blocks[k], [&](std::size_t pair, int a, int b) {
+            const SparseFactor::Edge edge{std::min(a, b), std::max(a, b)};
+            edgesOfBlock_[k][pair] =
+                static_cast<std::size_t>(std::lower_bound(edges_.begin(), edges_.end(), edge) - edges_.begin());
+        });
+    }
     system.terms.resize(problem.rows.size());
     system.friction.resize(problem.blocks.size());
     system.p.resize(problem.rows.size());
@@ -156,13 +207,15 @@ void ContactNewton<S>::assemble(const Problem<S>& problem) {
         }
         addDiagonal(static_cast<int>(n), mass);
     }
+    std::array<Mat6<S>, 4> diagonal;
+    std::array<Mat6<S>, 6> off;
+    bool any = false;
     for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
         const RowBlock<S>& block = problem.blocks[k];
-        std::array<Mat6<S>, 4> diagonal;
-        std::array<Mat6<S>, 6> off;
-        diagonal.fill(Mat6<S>::Zero());
-        off.fill(Mat6<S>::Zero());
-        bool any = false;
+        if (!any) {
+            diagonal.fill(Mat6<S>::Zero());
+            off.fill(Mat6<S>::Zero());
+        }
         // `weighted(k)`: the row's gradients for body k, weighted.
         const auto add = [&](const auto& weighted, const Row<S>& row) {
             any = true;
@@ -193,9 +246,12 @@ void ContactNewton<S>::assemble(const Problem<S>& problem) {
                 }
             }
         }
-        if (!any) {
+        // The points of a manifold go in together.
+        const bool goesOn = k + 1 < problem.blocks.size() && isOfSamePair(block, problem.blocks[k + 1]);
+        if (!any || goesOn) {
             continue;
         }
+        any = false;
         for (int m = 0; m < block.bodyCount(); ++m) {
             if (const int n = node_[at(block.body(m))]; n >= 0) {
                 addDiagonal(n, diagonal[at(m)]);
@@ -276,5 +332,7 @@ void ContactNewton<S>::newtonStep(const Problem<S>& problem, std::vector<Vec6<S>
 
 template class ContactNewton<float>;
 template class ContactNewton<double>;
+template double ContactNewton<double>::predictWork(const Problem<float>&, LinearSolver);
+template double ContactNewton<double>::predictWork(const Problem<double>&, LinearSolver);
 
 }  // namespace cairn
