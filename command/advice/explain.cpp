@@ -306,7 +306,7 @@ Feature manifoldReuse(const Seen& seen, const Scene& scene) {
 Feature accuracy(const Seen& seen, const Scene& scene) {
     const AccuracyDef& asked = scene.world.accuracy;
     const bool on = asked.position > 0 || asked.velocity > 0;
-    std::string why = "no tolerance is asked: every island is solved once";
+    std::string why = "no tolerance is asked: an island is solved once, or twice where it strikes something";
     if (on) {
         why = "asked: ";
         if (asked.position > 0) {

@@ -47,7 +47,9 @@ struct IslandReport {
     int halvings = 0;               // of a sub-step, because the solver refused one as too long
     int restarts = 0;               // of the step, because an exact solution was not found
     int subdivisions = 1;           // that the step was divided into
-    int solves = 1;                 // solutions tried, until one was within what AccuracyDef asks
+    // Solutions tried: until one was within what AccuracyDef asks; where it asks nothing, a second one with the contacts
+    // that the first ran into.
+    int solves = 1;
     bool swept = false;             // whether sweeps had a part in it
     double position = 0;            // m, as StepError's
     double velocity = 0;            // m/s
@@ -77,7 +79,7 @@ struct StepCounts {
     int truncated = 0;         // islands whose solution AccuracyDef::maxWork, or a budget, truncated
     int unconverged = 0;       // islands left above tolerance, or sinking
     int energetic = 0;         // islands that gained energy from nothing
-    int solves = 0;            // solutions of islands; more than `islands` where AccuracyDef asked for better ones
+    int solves = 0;            // IslandReport's, together
     int ccdBodies = 0;         // fast bodies whose motion was searched for what they would pass through
     int ccdHeldBodies = 0;     // of those and the bodies jointed to them, held back before something
     int ccdUnresolved = 0;     // held back at a place that is safe but not the exact one
