@@ -3,21 +3,103 @@
 #include <cairn/input_error.hpp>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <mutex>
+#include <set>
 
 namespace cairn {
 
 namespace {
 
+constexpr std::string_view beginning = ".cairn_";
+constexpr std::string_view ending = ".part";
+
 // Its own of each file of each process, and hidden.
 std::filesystem::path nameBeside(const std::filesystem::path& file) {
     static std::atomic<unsigned> count{0};
-    return file.parent_path() / (".cairn_" + std::to_string(getpid()) + "_" + std::to_string(count++) + ".part");
+    std::string name(beginning);
+    name += std::to_string(getpid()) + "_" + std::to_string(count++);
+    return file.parent_path() / name.append(ending);
+}
+
+bool isNameBeside(std::string_view name) {
+    if (!name.starts_with(beginning) || !name.ends_with(ending) || name.size() < beginning.size() + ending.size()) {
+        return false;
+    }
+    name = name.substr(beginning.size(), name.size() - beginning.size() - ending.size());
+    return std::all_of(name.begin(), name.end(), [](char c) { return (c >= '0' && c <= '9') || c == '_'; });
+}
+
+// Who writes a file holds its lock, which the system takes from the dead, however they died. A process number would not
+// do: that of a process in another container, or on another machine that shares the disk, is nobody's here.
+void removeLeftover(const std::filesystem::path& file) {
+    // No link, and no pipe that waits for a reader. For writing, as disks of other machines lock nothing else.
+    const int descriptor = open(file.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor < 0) {
+        return;
+    }
+    struct stat found {};
+    if (fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode) && flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
+        unlink(file.c_str());
+    }
+    close(descriptor);
+}
+
+// What killed programs have left in the folder. Once for each folder: who writes pictures by the thousand does not look
+// through all of them for every next.
+void removeLeftovers(const std::filesystem::path& folder) {
+    static std::mutex mutex;
+    static std::set<std::filesystem::path> seen;
+    std::error_code error;
+    const std::filesystem::path whole = std::filesystem::absolute(folder.empty() ? "." : folder, error);
+    if (error) {
+        return;
+    }
+    {
+        const std::lock_guard lock(mutex);
+        if (!seen.insert(whole).second) {
+            return;
+        }
+    }
+    std::filesystem::directory_iterator at(whole, error);
+    for (; !error && at != std::filesystem::directory_iterator(); at.increment(error)) {
+        if (isNameBeside(at->path().filename().native())) {
+            removeLeftover(at->path());
+        }
+    }
+}
+
+// A new file beside `file`, locked; -1 with errno where none can be made.
+int openBeside(const std::filesystem::path& file, std::filesystem::path& name) {
+    constexpr int mostTries = 100;
+    for (int tries = 0; tries < mostTries; ++tries) {
+        name = nameBeside(file);
+        const int descriptor = open(name.c_str(), O_WRONLY | O_CLOEXEC | O_CREAT | O_EXCL, 0666);
+        if (descriptor < 0) {
+            // A name that a dead process of our number has left, and that we may not remove.
+            if (errno == EEXIST) {
+                continue;
+            }
+            return -1;
+        }
+        const bool isLocked = flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+        const bool isTaken = !isLocked && errno == EWOULDBLOCK;
+        struct stat made {};
+        if (!isTaken && fstat(descriptor, &made) == 0 && made.st_nlink > 0) {
+            return descriptor;  // without a lock where the disk knows none: nobody else gets one there either
+        }
+        // Who looked for leftovers between our two calls has taken it for one, and removes it.
+        close(descriptor);
+    }
+    errno = EEXIST;
+    return -1;
 }
 
 const char* remedyFor(int error) {
@@ -61,9 +143,14 @@ OutputFile::OutputFile(std::string field, const std::filesystem::path& file)
         fail(errno);
     }
     const bool asItIs = there && !S_ISREG(before.st_mode);
-    writtenTo_ = asItIs ? file_ : nameBeside(file_);
-    const int made = asItIs ? O_TRUNC : O_CREAT | O_EXCL;
-    const int descriptor = open(writtenTo_.c_str(), O_WRONLY | O_CLOEXEC | made, 0666);
+    int descriptor = -1;
+    if (asItIs) {
+        writtenTo_ = file_;
+        descriptor = open(writtenTo_.c_str(), O_WRONLY | O_CLOEXEC | O_TRUNC);
+    } else {
+        removeLeftovers(file_.parent_path());
+        descriptor = openBeside(file_, writtenTo_);
+    }
     if (descriptor < 0) {
         fail(errno);
     }
@@ -98,13 +185,14 @@ void OutputFile::finish() {
     if (beside && fsync(fileno(stream_.get())) != 0) {
         fail(errno);
     }
-    if (std::fclose(stream_.release()) != 0) {
-        fail(errno);
-    }
+    // Before it is closed: with the file the lock goes, and without that it is a leftover.
     if (beside && std::rename(writtenTo_.c_str(), file_.c_str()) != 0) {
         fail(errno);
     }
     writtenTo_ = file_;
+    if (std::fclose(stream_.release()) != 0) {
+        fail(errno);
+    }
 }
 
 void OutputFile::fail(int error) const {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Looks for what breaks Cairn with libFuzzer under the address and undefined-behaviour sanitizers (clang), one target
 # after the other, in a build folder of its own.
-#   scripts/fuzz.sh [--seconds N] [target...]    default: 60 s each of api narrow scene mesh recording
+#   scripts/fuzz.sh [--seconds N] [target...]    default: 60 s each of api twins narrow scene mesh recording
 # What reaches new code gathers in build/fuzz/corpus/TARGET, from where the next run goes on.
 # What it finds lies in build/fuzz/found/TARGET: mend the cause, then move the file into tests/fuzz/corpus/TARGET, where
 # every build replays it (ctest -R '^fuzz\.').
@@ -17,7 +17,7 @@ while [[ $# -gt 0 ]]; do
     esac
     shift
 done
-[[ ${#targets[@]} -gt 0 ]] || targets=(api narrow scene mesh recording)
+[[ ${#targets[@]} -gt 0 ]] || targets=(api twins narrow scene mesh recording)
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz --target "${targets[@]/#/fuzz_}" -- -j "$(nproc)"
 # Odr: the engine and FCL share templates of Eigen, of which ours alone are instrumented.

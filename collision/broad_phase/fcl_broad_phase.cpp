@@ -42,11 +42,12 @@ struct alignas(64) Finder {
     std::vector<const Node*> open;
 };
 
-// The order of pairs in one comparison, as an update makes some for every pair there is.
-bool inOrder(const ProxyPair& p, const ProxyPair& q) {
+// The order of pairs in one comparison, as an update makes some for every pair there is; no function, as sorting would
+// call that by its address.
+constexpr auto inOrder = [](const ProxyPair& p, const ProxyPair& q) {
     const auto key = [](const ProxyPair& pair) { return std::uint64_t{pair.a} << 32 | pair.b; };
     return key(p) < key(q);
-}
+};
 
 // Merges `more` into `into`, both sorted, with no room beside.
 void mergeInto(std::vector<ProxyPair>& into, const std::vector<ProxyPair>& more) {

@@ -45,41 +45,6 @@ bool nearConvex(const Convex& a, const Convex& b, double bound, Near& near) {
     return true;
 }
 
-bool nearOfShapes(const Shape& first, const Shape& second, const Posed& firstFromSecond, double bound, Near& near) {
-    const Convex b = makeConvex(second, firstFromSecond.rotation.toRotationMatrix(), firstFromSecond.position);
-    if (first.kind == ShapeKind::HalfSpace) {
-        int hint = 0;
-        const Vec3d& n = first.size;
-        near.normal = n;
-        near.onB = supportCore(b, -n, hint) - b.radius * n;
-        near.distance = n.dot(near.onB) - first.offset;
-        near.onA = near.onB - near.distance * n;
-        return near.distance <= bound;
-    }
-    if (isSurface(first.kind)) {
-        bool found = false;
-        nearTriangles(first, boxOf(b), std::max(bound, 0.0), [&](int index, double limit) {
-            const std::array<Vec3d, 3> corners = cornersOf(first, index);
-            Near at;
-            if (nearConvex(makeTriangle(corners[0], corners[1], corners[2]), b, limit, at) &&
-                (!found || at.distance < near.distance)) {
-                found = true;
-                near = at;
-                return std::max(at.distance, 0.0);
-            }
-            return limit;
-        });
-        return found && near.distance <= bound;
-    }
-    const Convex a = makeConvex(first);
-    if (second.kind == ShapeKind::Sphere) {
-        const SurfacePoint s = nearestSurface(a, b.position);
-        near = {s.distance - b.radius, s.point, b.position - b.radius * s.normal, s.normal};
-        return near.distance <= bound;
-    }
-    return nearConvex(a, b, bound, near);
-}
-
 // Whether the segment of a ray from a point in a direction crosses the closed mesh an odd number of times.
 bool crossesOddly(const Shape& mesh, const Vec3d& point, const Vec3d& direction) {
     const TriangleRay ray(direction);
@@ -117,6 +82,82 @@ bool isInside(const Shape& shape, const Vec3d& p) {
         default:
             return nearestSurface(makeConvex(shape), p).distance <= 0;
     }
+}
+
+// Of what lies in a solid without touching its triangles, which see no overlap: out through the triangle that it stands
+// squarely before and that asks the least; through the nearest where it stands so before none.
+Near wayOut(const Shape& solid, const Convex& b) {
+    constexpr double square = 0.999;
+    const auto through = [&](const Vec3d& outward, const Vec3d& place) {
+        int hint = 0;
+        Near out;
+        out.normal = outward;
+        out.onB = supportCore(b, -outward, hint) - b.radius * outward;
+        out.distance = outward.dot(out.onB - place);
+        out.onA = out.onB - out.distance * outward;
+        return out;
+    };
+    Near nearest;
+    Near out;
+    out.distance = -infinity;
+    nearTriangles(solid, boxOf(b), infinity, [&](int index, double limit) {
+        const std::array<Vec3d, 3> corners = cornersOf(solid, index);
+        Near at;
+        if (!nearConvex(makeTriangle(corners[0], corners[1], corners[2]), b, limit, at)) {
+            return limit;
+        }
+        if (at.distance < nearest.distance) {
+            nearest = at;
+        }
+        const Vec3d outward = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+        if (outward.dot(at.normal) < -square) {
+            const Near one = through(outward, corners[0]);
+            if (one.distance > out.distance) {
+                out = one;
+            }
+        }
+        return std::min(limit, -out.distance);
+    });
+    return std::isinf(out.distance) ? through(-nearest.normal, nearest.onA) : out;
+}
+
+bool nearOfShapes(const Shape& first, const Shape& second, const Posed& firstFromSecond, double bound, Near& near) {
+    const Convex b = makeConvex(second, firstFromSecond.rotation.toRotationMatrix(), firstFromSecond.position);
+    if (first.kind == ShapeKind::HalfSpace) {
+        int hint = 0;
+        const Vec3d& n = first.size;
+        near.normal = n;
+        near.onB = supportCore(b, -n, hint) - b.radius * n;
+        near.distance = n.dot(near.onB) - first.offset;
+        near.onA = near.onB - near.distance * n;
+        return near.distance <= bound;
+    }
+    if (isSurface(first.kind)) {
+        bool found = false;
+        nearTriangles(first, boxOf(b), std::max(bound, 0.0), [&](int index, double limit) {
+            const std::array<Vec3d, 3> corners = cornersOf(first, index);
+            Near at;
+            if (nearConvex(makeTriangle(corners[0], corners[1], corners[2]), b, limit, at) &&
+                (!found || at.distance < near.distance)) {
+                found = true;
+                near = at;
+                return std::max(at.distance, 0.0);
+            }
+            return limit;
+        });
+        if (!(found && near.distance <= 0) && isInside(first, centreOf(b))) {
+            near = wayOut(first, b);
+            found = true;
+        }
+        return found && near.distance <= bound;
+    }
+    const Convex a = makeConvex(first);
+    if (second.kind == ShapeKind::Sphere) {
+        const SurfacePoint s = nearestSurface(a, b.position);
+        near = {s.distance - b.radius, s.point, b.position - b.radius * s.normal, s.normal};
+        return near.distance <= bound;
+    }
+    return nearConvex(a, b, bound, near);
 }
 
 // In the shape's frame; false: farther than the limit.

@@ -7,6 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
 #include <fstream>
 
 namespace cairn {
@@ -99,6 +104,49 @@ TEST_F(OutputFiles, LinksAndPermissionsStay) {
     EXPECT_EQ(text(path("b")), "new");
     EXPECT_EQ(std::filesystem::status(path("a")).permissions(),
               std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+// Starts a process that writes `file` and never ends by itself; returns when it has begun.
+pid_t startWriterOf(const std::filesystem::path& file) {
+    std::array<int, 2> begun{};
+    EXPECT_EQ(pipe(begun.data()), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        OutputFile out("--out", file);
+        out.write("half");
+        std::fflush(out.stream());
+        EXPECT_EQ(write(begun[1], "!", 1), 1);
+        while (true) {
+            pause();
+        }
+    }
+    char said = 0;
+    EXPECT_EQ(read(begun[0], &said, 1), 1);
+    close(begun[0]);
+    close(begun[1]);
+    return child;
+}
+
+void killProcess(pid_t child) {
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+}
+
+TEST_F(OutputFiles, WhatTheKilledLeaveTheNextRemovesAndNothingOfTheLiving) {
+    writeFile("--out", path("other.part"), "not ours");
+    writeFile("--out", path(".cairn_notes.part"), "not ours");
+    std::filesystem::create_directories(path("folder"));
+    const pid_t dead = startWriterOf(path("folder/a"));
+    const pid_t alive = startWriterOf(path("folder/b"));
+    const auto countIn = [&] { return std::distance(std::filesystem::directory_iterator(path("folder")), {}); };
+    killProcess(dead);
+    ASSERT_EQ(countIn(), 2);
+    std::filesystem::create_symlink(path("other.part"), path("folder/.cairn_1_1.part"));
+    writeFile("--out", path("folder/a"), "whole");
+    EXPECT_EQ(text(path("folder/a")), "whole");
+    EXPECT_EQ(countIn(), 3) << "the result, the living one's part and the link";
+    killProcess(alive);
+    EXPECT_EQ(fileCount(), 3) << "the two that only look like parts, and the folder";
 }
 
 TEST_F(OutputFiles, PlacesThatTakeNoFileAreNamedBeforeAnythingIsWritten) {

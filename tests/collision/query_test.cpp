@@ -283,6 +283,39 @@ TEST(ClosestPoints, OfSurfacesAsEveryTriangleAsked) {
     }
 }
 
+// Its triangles alone see nothing of what lies behind all of them.
+TEST(ClosestPoints, WhatLiesWithinASolidOverlapsIt) {
+    std::mt19937 random(5);
+    const Shape block = box({3, 2.5, 4});
+    const Shape hollow = mesh(surface(block));
+    const Shape valley = heightField(3, 3, {0, 0, 0, 0, 4, 0, 0, 0, 0}, 4);
+    for (const Shape& shape : truth::convexShapes()) {
+        for (int i = 0; i < 20; ++i) {
+            SCOPED_TRACE(std::string(name(shape.kind)) + " " + std::to_string(i));
+            const Posed within{uniformPoint(random, 0.5), truth::randomTurn(random)};
+            const auto near = closestPoints({&hollow, 1}, {}, {&shape, 1}, within, 0.01);
+            ASSERT_TRUE(near);
+            EXPECT_TRUE(overlaps({&hollow, 1}, {}, {&shape, 1}, within));
+            EXPECT_NEAR(near->distance, closestPoints({&block, 1}, {}, {&shape, 1}, within)->distance, 0.01);
+            EXPECT_NEAR((near->onB - near->onA - near->distance * near->normal).norm(), 0, 1e-9);
+            EXPECT_NEAR(truth::level(shape, within.inverse() * near->onB), 0, 1e-5);
+            // That far along the normal, and no less, it is out.
+            for (const double share : {0.999, 1.001}) {
+                const Posed moved{within.position - share * near->distance * near->normal, within.rotation};
+                EXPECT_EQ(overlaps({&hollow, 1}, {}, {&shape, 1}, moved), share < 1);
+            }
+
+            const Posed below{Vec3d(4, 1, 4) + 0.2 * within.position, within.rotation};
+            const Posed above{Vec3d(4, 9, 4), within.rotation};
+            for (const Posed& pose : {below, above}) {
+                const auto toValley = closestPoints({&shape, 1}, pose, {&valley, 1}, {});
+                ASSERT_TRUE(toValley);
+                EXPECT_EQ(overlaps({&shape, 1}, pose, {&valley, 1}, {}), toValley->distance <= 0);
+            }
+        }
+    }
+}
+
 // What a closed mesh holds is told by its own shape, not by the answer that it goes into.
 TEST(Contains, AMeshOfABoxHoldsWhatTheBoxHolds) {
     const Shape solid = box({0.5, 0.3, 0.8});

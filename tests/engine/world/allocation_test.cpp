@@ -31,10 +31,21 @@ void* allocate(std::size_t size, std::size_t alignment) {
 void* operator new(std::size_t size) {
     return allocate(size, 0);
 }
+// Left to the library it would come from elsewhere under a sanitizer, which minds that release() takes it back.
+void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
+    try {
+        return allocate(size, 0);
+    } catch (const std::bad_alloc&) {
+        return nullptr;
+    }
+}
 void* operator new(std::size_t size, std::align_val_t alignment) {
     return allocate(size, static_cast<std::size_t>(alignment));
 }
 void operator delete(void* room) noexcept {
+    release(room);
+}
+void operator delete(void* room, const std::nothrow_t& /*tag*/) noexcept {
     release(room);
 }
 void operator delete(void* room, std::size_t) noexcept {
