@@ -43,12 +43,12 @@ struct IslandReport {
     // Nothing in it changes: it was not solved again, and all that is said of it is what the last solution said.
     bool settled = false;
     PlanReason reason = PlanReason::Asked;
-    int substeps = 1;               // that were taken, over all subdivisions
-    int halvings = 0;               // of a sub-step, because the solver refused one as too long
-    int restarts = 0;               // of the step, because an exact solution was not found
-    int subdivisions = 1;           // that the step was divided into
-    // Solutions tried: until one was within what AccuracyDef asks; where it asks nothing, a second one with the contacts
-    // that the first ran into.
+    int substeps = 1;      // that were taken, over all subdivisions
+    int halvings = 0;      // of a sub-step, because the solver refused one as too long
+    int restarts = 0;      // of the step, because an exact solution was not found
+    int subdivisions = 1;  // that the step was divided into
+    // Solutions tried: until one was within what AccuracyDef asks; where it asks nothing, a second one with the
+    // contacts that the first ran into.
     int solves = 1;
     bool swept = false;             // whether sweeps had a part in it
     double position = 0;            // m, as StepError's
