@@ -114,6 +114,8 @@ private:
     void respond(const Problem<S>& problem, const std::vector<S>& u, std::vector<S>& impulse);
     bool weigh(const Problem<S>& problem, const std::vector<S>& y);
     bool factorise(const Problem<S>& problem, const std::vector<S>& y, NewtonReport& report);
+    bool addWeighted(const Problem<S>& problem, std::size_t k, std::array<Mat6<S>, 4>& diagonal,
+                     std::array<Mat6<S>, 6>& off) const;
     void assemble(const Problem<S>& problem);
     // y = H x, with H as last weighed.
     void product(const Problem<S>& problem, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y);

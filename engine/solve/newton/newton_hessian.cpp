@@ -180,6 +180,47 @@ bool ContactNewton<S>::factorise(const Problem<S>& problem, const std::vector<S>
     return factored_;
 }
 
+// Adds J^T W J of a block to those of its bodies, each with itself and, for a factor, with the others. False: it has no
+// weight.
+template <class S>
+bool ContactNewton<S>::addWeighted(const Problem<S>& problem, std::size_t k, std::array<Mat6<S>, 4>& diagonal,
+                                   std::array<Mat6<S>, 6>& off) const {
+    const RowBlock<S>& block = problem.blocks[k];
+    const bool whole = linearSolver_ == LinearSolver::Factor;
+    bool any = false;
+    // `weighted(k)`: the row's gradients for body k, weighted.
+    const auto add = [&](const auto& weighted, const Row<S>& row) {
+        any = true;
+        for (int m = 0; m < block.bodyCount(); ++m) {
+            const Vec6<S> left = weighted(m);
+            diagonal[at(m)].noalias() += left * bodyGradient(row, block, m).transpose();
+            for (int l = 0; whole && l < m; ++l) {
+                off[pairOf(l, m)].noalias() += bodyGradient(row, block, l) * left.transpose();
+            }
+        }
+    };
+    if (isCone(problem, k)) {
+        const Mat3<S>& w = coneWeight_[k];
+        const Row<S>* row = &problem.rows[at(block.first)];
+        for (int r = 0; r < 3 && w.trace() > S(0); ++r) {
+            add(
+                [&](int m) -> Vec6<S> {
+                    return m == 0 ? w(r, 0) * row[0].a + w(r, 1) * row[1].a + w(r, 2) * row[2].a
+                                  : w(r, 0) * row[0].b + w(r, 1) * row[1].b + w(r, 2) * row[2].b;
+                },
+                row[r]);
+        }
+        return any;
+    }
+    for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
+        if (weight_[i] > S(0)) {
+            const Row<S>& row = problem.rows[i];
+            add([&](int m) -> Vec6<S> { return weight_[i] * bodyGradient(row, block, m); }, row);
+        }
+    }
+    return any;
+}
+
 template <class S>
 void ContactNewton<S>::assemble(const Problem<S>& problem) {
     const bool whole = linearSolver_ == LinearSolver::Factor;
@@ -216,36 +257,7 @@ void ContactNewton<S>::assemble(const Problem<S>& problem) {
             diagonal.fill(Mat6<S>::Zero());
             off.fill(Mat6<S>::Zero());
         }
-        // `weighted(k)`: the row's gradients for body k, weighted.
-        const auto add = [&](const auto& weighted, const Row<S>& row) {
-            any = true;
-            for (int m = 0; m < block.bodyCount(); ++m) {
-                const Vec6<S> left = weighted(m);
-                diagonal[at(m)].noalias() += left * bodyGradient(row, block, m).transpose();
-                for (int l = 0; whole && l < m; ++l) {
-                    off[pairOf(l, m)].noalias() += bodyGradient(row, block, l) * left.transpose();
-                }
-            }
-        };
-        if (isCone(problem, k)) {
-            const Mat3<S>& w = coneWeight_[k];
-            const Row<S>* row = &problem.rows[at(block.first)];
-            for (int r = 0; r < 3 && w.trace() > S(0); ++r) {
-                add(
-                    [&](int m) -> Vec6<S> {
-                        return m == 0 ? w(r, 0) * row[0].a + w(r, 1) * row[1].a + w(r, 2) * row[2].a
-                                      : w(r, 0) * row[0].b + w(r, 1) * row[1].b + w(r, 2) * row[2].b;
-                    },
-                    row[r]);
-            }
-        } else {
-            for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
-                if (weight_[i] > S(0)) {
-                    const Row<S>& row = problem.rows[i];
-                    add([&](int m) -> Vec6<S> { return weight_[i] * bodyGradient(row, block, m); }, row);
-                }
-            }
-        }
+        any = addWeighted(problem, k, diagonal, off) || any;
         // The points of a manifold go in together.
         const bool goesOn = k + 1 < problem.blocks.size() && isOfSamePair(block, problem.blocks[k + 1]);
         if (!any || goesOn) {
