@@ -80,8 +80,9 @@ private:
         return one.kind == BlockKind::Contact && other.kind == BlockKind::Contact && one.a == other.a &&
                one.b == other.b;
     }
+    // Numbers the bodies that move, and forgets what ties them.
     template <class P>
-    void numberBodies(const Problem<P>& problem);
+    void beginGraph(const Problem<P>& problem, LinearSolver linearSolver);
     // Collects what ties two nodes; in order and each once after analyseEdges(), which prepares the factor's pattern.
     void addEdge(int a, int b);
     void analyseEdges();

@@ -21,7 +21,10 @@ void addBlock(const SparseFactor::Block& to, const Mat6<S>& value) {
 
 template <class S>
 template <class P>
-void ContactNewton<S>::numberBodies(const Problem<P>& problem) {
+void ContactNewton<S>::beginGraph(const Problem<P>& problem, LinearSolver linearSolver) {
+    factored_ = factored_ && linearSolver == linearSolver_;
+    linearSolver_ = linearSolver;
+    edges_.clear();
     node_.assign(problem.bodies.size(), -1);
     bodyOfNode_.clear();
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
@@ -54,10 +57,8 @@ void ContactNewton<S>::analyseEdges() {
 template <class S>
 template <class P>
 double ContactNewton<S>::predictWork(const Problem<P>& problem, LinearSolver linearSolver) {
-    factored_ = factored_ && linearSolver == linearSolver_;
-    linearSolver_ = linearSolver;
-    numberBodies(problem);
-    edges_.clear();
+    beginGraph(problem, linearSolver);
+    factored_ = false;  // a pattern takes the factor's place, even where another problem is solved with it next
     const auto tie = [&](int a, int b) {
         if (a >= 0 && b >= 0 && node_[at(a)] >= 0 && node_[at(b)] >= 0) {
             addEdge(node_[at(a)], node_[at(b)]);
@@ -82,10 +83,7 @@ double ContactNewton<S>::predictWork(const Problem<P>& problem, LinearSolver lin
 
 template <class S>
 void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSolver) {
-    factored_ = factored_ && linearSolver == linearSolver_;
-    linearSolver_ = linearSolver;
-    numberBodies(problem);
-    edges_.clear();
+    beginGraph(problem, linearSolver);
     for (const RowBlock<S>& block : problem.blocks) {
         forEachEdge(block, [&](std::size_t, int a, int b) { addEdge(a, b); });
     }

@@ -121,10 +121,9 @@ Vec3d nearestOnCone(const Vec3d& p, double mu) {
     return {n, mu * n * p.y() / t, mu * n * p.z() / t};
 }
 
-NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, double ratio) {
-    TestRandom random(seed);
-    Problem<double> problem = randomContacts<double>(random, bodies, points, mu, ratio);
-    ContactNewton<double> newton;
+// Returns the bias of each row, m/s.
+std::vector<double> fillSystem(ContactNewton<double>& newton, const Problem<double>& problem, double mu,
+                               TestRandom& random) {
     newton.prepare(problem);
     std::vector<double> bias(problem.rows.size(), 0.0);
     for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
@@ -143,13 +142,25 @@ NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, doub
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
         newton.vStar[i] = problem.bodies[i].v;
     }
+    return bias;
+}
+
+NewtonOptions tightOptions() {
     NewtonOptions options;
     options.regularisation = 1e-4;
     options.minRegularisation = 1e-9;
     options.tolerance = 1e-10;
     options.deSaxceTolerance = 1e-9;
     options.maxIterations = 1000;
-    const NewtonReport report = newton.solve(problem, options);
+    return options;
+}
+
+NewtonErrors newtonErrors(unsigned seed, int bodies, int points, double mu, double ratio) {
+    TestRandom random(seed);
+    Problem<double> problem = randomContacts<double>(random, bodies, points, mu, ratio);
+    ContactNewton<double> newton;
+    const std::vector<double> bias = fillSystem(newton, problem, mu, random);
+    const NewtonReport report = newton.solve(problem, tightOptions());
     EXPECT_TRUE(report.converged) << "seed " << seed;
 
     NewtonErrors errors;
@@ -194,6 +205,41 @@ TEST(ContactNewtonTest, FrictionlessAnswersAgreeWithDenseReference) {
     }
     expectBelow("frictionless, worst twist", worst.twist, 1e-7);
     expectBelow("frictionless, complementarity, m/s", worst.coulomb, 1e-9);
+}
+
+// The price of another graph is asked for between two solutions of one problem: no factor is left of the first.
+TEST(ContactNewtonTest, PredictingWorkForgetsTheFactor) {
+    TestRandom random(12);
+    const Problem<double> problem = randomContacts<double>(random, 1, 1, 0, 1);
+    const Problem<double> other = randomContacts<double>(random, 8, 0, 0, 1);
+    const auto solveTwice = [&](bool asksBetween) {
+        ContactNewton<double> newton;
+        TestRandom biases(8);
+        fillSystem(newton, problem, 0, biases);
+        newton.system.terms[0].bias = -10;  // pressed
+        NewtonOptions options = tightOptions();
+        options.regularisation = 1e-6;
+        options.tolerance = 1e-8;
+        newton.solve(problem, options);
+        EXPECT_GT(newton.system.p[0], 0.0);
+        if (asksBetween) {
+            newton.predictWork(other, LinearSolver::Factor);
+        }
+        newton.prepare(problem);
+        for (Vec6<double>& v : newton.vStar) {
+            v *= 1.001;
+        }
+        options.goesOn = true;
+        const NewtonReport report = newton.solve(problem, options);
+        EXPECT_TRUE(report.converged);
+        return std::pair(newton.system.v, report.factorisations);
+    };
+    const auto [expected, fewest] = solveTwice(false);
+    const auto [answered, factorisations] = solveTwice(true);
+    EXPECT_EQ(factorisations, fewest + 1);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        EXPECT_LE((answered[i] - expected[i]).norm(), 1e-7);
+    }
 }
 
 // With one or two contacts Coulomb's law has one answer.
