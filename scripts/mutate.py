@@ -362,6 +362,7 @@ def main():
     files = sorted(f for place in places for f in ([place] if place.is_file() else place.rglob("*.cpp")))
     # Half as many again as are asked for, since some will not compile.
     mutants = sample(files, options.count * 3 // 2, options.seed)
+    subprocess.run(["cmake", "--preset", "release"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     switch = BUILD / "mutants.hpp"
     quiet = "".join(f'#pragma GCC diagnostic ignored "-W{name}"\n' for name in QUIET)
     switch.write_text(SWITCH % (quiet, len(mutants), len(mutants)))
