@@ -10,14 +10,24 @@
 #include <optional>
 
 namespace cairn {
+namespace {
+
+// Whether culling asks for it: a moving body that is looked at touches one that no force moves.
+template <class S>
+bool isOfGround(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b) {
+    const Body<S>& mover = a.isDynamic() ? a : b;
+    return !pair.manifolds.empty() && a.isDynamic() != b.isDynamic() && (mover.awake || mover.changed);
+}
+
+}  // namespace
 
 template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies,
                              const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
-    crowded_ = leaveOutCrowds(found, bodies, near_);
+    crowded_ = leaveOutCrowds(found, bodies, jobs, near_);
     follow(crowded_ > 0 ? near_ : found, bodies);
     collide(bodies, speculative, jobs, onlyChanged);
-    cull(bodies, jobs, onlyChanged);
+    cull(bodies, jobs);
 }
 
 template <class S>
@@ -132,7 +142,7 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
     constexpr std::size_t pairsPerJob = 32;
     const std::size_t jobCount = (pairs_.size() + pairsPerJob - 1) / pairsPerJob;
     countsOf_.assign(jobCount, {});
-    isCarried_.assign(pairs_.size(), 0);
+    seen_.assign(pairs_.size(), {});
     using Side = std::optional<PlacedSide<S>>;
     // last: the first side of the pair before, which is mostly this one's too.
     const auto look = [&](std::size_t i, Side& last, NarrowCounts& counts) {
@@ -141,9 +151,10 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
         const Body<S>& b = bodies[pair.pair.b];
         const bool changed = a.changed || b.changed;
         pair.isNew = pair.isNew || changed;
-        if (pair.made && (onlyChanged ? !changed : a.stands() && b.stands())) {
+        const bool mayDiffer = onlyChanged ? changed : !(a.stands() && b.stands());
+        if (pair.made && !mayDiffer) {
             pair.forgetBefore();
-            isCarried_[i] = !onlyChanged && !(a.rests() && b.rests()) ? 1 : 0;
+            seen_[i] = {.isCarried = !onlyChanged && !(a.rests() && b.rests()), .isOfGround = isOfGround(pair, a, b)};
             return;
         }
         if (!last || last->body != &a) {
@@ -151,7 +162,7 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
         }
         const PlacedSide<S> other(PairSide<S>{&b, b.pose, b.v, b.w});
         const bool anew = collidePair<S>(pair, *last, other, speculative, counts);
-        isCarried_[i] = anew ? 0 : 1;
+        seen_[i] = {.isCarried = !anew, .isOfGround = isOfGround(pair, a, b), .mayDiffer = mayDiffer};
     };
     parallelFor(jobs, jobCount, 1, [&](std::size_t k) {
         Side last;
@@ -164,30 +175,25 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
         }
     });
     counts_ = {};
-    carried_ = static_cast<int>(std::count(isCarried_.begin(), isCarried_.end(), 1));
+    carried_ =
+        static_cast<int>(std::count_if(seen_.begin(), seen_.end(), [](const Seen& seen) { return seen.isCarried; }));
     for (const NarrowCounts& c : countsOf_) {
         counts_ += c;
     }
 }
 
 template <class S>
-void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onlyChanged) {
-    // All pairs of a body of which one may have changed.
-    const auto isGroundPair = [&](const PairContacts<S>& pair, std::uint32_t& mover) {
-        const Body<S>& a = bodies[pair.pair.a];
-        const Body<S>& b = bodies[pair.pair.b];
-        mover = a.isDynamic() ? pair.pair.a : pair.pair.b;
-        return !pair.manifolds.empty() && a.isDynamic() != b.isDynamic() &&
-               (bodies[mover].awake || bodies[mover].changed);
+void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs) {
+    const auto moverOf = [&](std::size_t i) {
+        const ProxyPair& pair = pairs_[i].pair;
+        return bodies[pair.a].isDynamic() ? pair.a : pair.b;
     };
+    // All pairs of a body of which one may have changed.
     isToCull_.resize(bodies.slotCount(), 0);
-    std::uint32_t mover = 0;
     bool any = false;
-    for (const PairContacts<S>& pair : pairs_) {
-        const Body<S>& a = bodies[pair.pair.a];
-        const Body<S>& b = bodies[pair.pair.b];
-        if ((onlyChanged ? a.changed || b.changed : !(a.stands() && b.stands())) && isGroundPair(pair, mover)) {
-            isToCull_[mover] = 1;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        if (seen_[i].isOfGround && seen_[i].mayDiffer) {
+            isToCull_[moverOf(i)] = 1;
             any = true;
         }
     }
@@ -196,9 +202,9 @@ void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onl
         return;
     }
     ground_.clear();
-    for (PairContacts<S>& pair : pairs_) {
-        if (isGroundPair(pair, mover) && isToCull_[mover] != 0) {
-            addGroundPair<S>(ground_, pair, bodies[pair.pair.a], bodies[pair.pair.b]);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        if (seen_[i].isOfGround && isToCull_[moverOf(i)] != 0) {
+            addGroundPair<S>(ground_, pairs_[i], bodies[pairs_[i].pair.a], bodies[pairs_[i].pair.b]);
         }
     }
     for (const GroundPair<S>& pair : ground_) {

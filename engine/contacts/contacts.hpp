@@ -268,7 +268,7 @@ private:
     std::vector<std::size_t> placesOf(ProxyId body) const;  // in pairs_
     void renewBackward();
     void collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged);
-    void cull(const BodyTable<S>& bodies, JobSystem& jobs, bool onlyChanged);
+    void cull(const BodyTable<S>& bodies, JobSystem& jobs);
 
     std::vector<PairContacts<S>> pairs_;  // sorted
     std::vector<ProxyPair> near_;         // room for update()
@@ -286,7 +286,13 @@ private:
     std::vector<ProxyId> woken_;          // since the last update()
     bool hasForgotten_ = false;           // pairs_ holds some
     std::vector<NarrowCounts> countsOf_;  // by job
-    std::vector<std::uint8_t> isCarried_;
+    // What the last update saw of a pair.
+    struct Seen {
+        bool isCarried : 1 = false;
+        bool isOfGround : 1 = false;
+        bool mayDiffer : 1 = false;  // from what it was before
+    };
+    std::vector<Seen> seen_;
     std::vector<GroundPair<S>> ground_;
     std::vector<std::uint8_t> isToCull_;  // by body; all 0 between calls
 

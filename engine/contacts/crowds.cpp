@@ -1,5 +1,7 @@
 #include "engine/contacts/crowds.hpp"
 
+#include "base/parallel.hpp"
+
 #include <algorithm>
 
 namespace cairn {
@@ -32,7 +34,8 @@ bool isOverfull(const Body<S>& body, int neighbours) {
 }  // namespace
 
 template <class S>
-int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, std::vector<ProxyPair>& kept) {
+int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, JobSystem& jobs,
+                   std::vector<ProxyPair>& kept) {
     if (near.size() <= mostDeepNeighbours * mostDeepNeighbours / 2) {
         return 0;
     }
@@ -45,13 +48,28 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
             count[pair.b] = 0;
         }
     };
+    // Most worlds are told by the ids alone.
     for (const ProxyPair& pair : near) {
-        const Body<S>& a = bodies[pair.a];
-        const Body<S>& b = bodies[pair.b];
-        if (a.isDynamic() && b.isDynamic() && areAlike(a, b) && areWithin(a, b, a.kind->radius + b.kind->radius)) {
-            ++count[pair.a];
-            ++count[pair.b];
-        }
+        ++count[pair.a];
+        ++count[pair.b];
+    }
+    const bool mayBe = std::any_of(near.begin(), near.end(), [&](const ProxyPair& pair) {
+        return count[pair.a] > mostDeepNeighbours && count[pair.b] > mostDeepNeighbours;
+    });
+    clear();
+    if (!mayBe) {
+        return 0;
+    }
+    static thread_local std::vector<std::uint8_t> isNeighbour;  // by pair
+    isNeighbour.resize(near.size());
+    parallelFor(jobs, near.size(), 256, [&, into = isNeighbour.data()](std::size_t i) {
+        const Body<S>& a = bodies[near[i].a];
+        const Body<S>& b = bodies[near[i].b];
+        into[i] = a.isDynamic() && b.isDynamic() && areAlike(a, b) && areWithin(a, b, a.kind->radius + b.kind->radius);
+    });
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        count[near[i].a] += isNeighbour[i];
+        count[near[i].b] += isNeighbour[i];
     }
     const auto isCrowded = [&](const ProxyPair& pair) {
         const Body<S>& a = bodies[pair.a];
@@ -88,7 +106,9 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
     return static_cast<int>(near.size() - kept.size());
 }
 
-template int leaveOutCrowds(const std::vector<ProxyPair>&, const BodyTable<float>&, std::vector<ProxyPair>&);
-template int leaveOutCrowds(const std::vector<ProxyPair>&, const BodyTable<double>&, std::vector<ProxyPair>&);
+template int leaveOutCrowds(const std::vector<ProxyPair>&, const BodyTable<float>&, JobSystem&,
+                            std::vector<ProxyPair>&);
+template int leaveOutCrowds(const std::vector<ProxyPair>&, const BodyTable<double>&, JobSystem&,
+                            std::vector<ProxyPair>&);
 
 }  // namespace cairn

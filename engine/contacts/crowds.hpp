@@ -5,6 +5,8 @@
 
 #include "collision/broad_phase/broad_phase.hpp"
 
+#include <cairn/jobs.hpp>
+
 namespace cairn {
 
 // Bodies that are so deep in each other that no other than a mistake put them there: their centres are nearer than this
@@ -17,6 +19,7 @@ inline constexpr int mostDeepNeighbours = 8;
 // `near` less those pairs that both bodies have too many of, in order; gives how many were left out. Where none
 // is, `kept` is not touched.
 template <class S>
-int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, std::vector<ProxyPair>& kept);
+int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, JobSystem& jobs,
+                   std::vector<ProxyPair>& kept);
 
 }  // namespace cairn

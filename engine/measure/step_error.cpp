@@ -256,23 +256,30 @@ double toleranceOf(const AccuracyDef& accuracy, double bodyA, double bodyB) {
 }
 
 template <class S>
-void measurePenetration(PairContacts<S>& pair, double asked, IslandError& error) {
+PairDepth measurePenetration(PairContacts<S>& pair) {
+    PairDepth depth;
     for (ContactManifold<S>& manifold : pair.manifolds) {
         for (ContactPointState<S>& point : manifold.inForce()) {
-            const double depth = std::max(0.0, -static_cast<double>(point.separation));
-            point.error = std::max(point.error, static_cast<S>(depth));
-            if (depth > 0 || point.normalForce > S(0)) {
-                error.penetrationSum += depth;
-                ++error.touching;
+            const double own = std::max(0.0, -static_cast<double>(point.separation));
+            point.error = std::max(point.error, static_cast<S>(own));
+            if (own > 0 || point.normalForce > S(0)) {
+                depth.sum += own;
+                ++depth.touching;
             }
         }
     }
     // Four points hold a pair up, and which ones must not change with every jitter: another may be the deepest.
-    const double deepest = pair.depth();
-    error.maxPenetration = std::max(error.maxPenetration, deepest);
-    error.position = std::max(error.position, deepest);
+    depth.deepest = pair.depth();
+    return depth;
+}
+
+void IslandError::add(const PairDepth& pair, double asked) {
+    penetrationSum += pair.sum;
+    touching += pair.touching;
+    maxPenetration = std::max(maxPenetration, pair.deepest);
+    position = std::max(position, pair.deepest);
     if (asked > 0) {
-        error.over = std::max(error.over, deepest / asked);
+        over = std::max(over, pair.deepest / asked);
     }
 }
 
@@ -280,7 +287,7 @@ template JointError jointError(const std::vector<Row<float>>&);
 template JointError jointError(const std::vector<Row<double>>&);
 template IslandError measureIsland(Problem<float>&, float, float, const AccuracyDef&);
 template IslandError measureIsland(Problem<double>&, double, double, const AccuracyDef&);
-template void measurePenetration(PairContacts<float>&, double, IslandError&);
-template void measurePenetration(PairContacts<double>&, double, IslandError&);
+template PairDepth measurePenetration(PairContacts<float>&);
+template PairDepth measurePenetration(PairContacts<double>&);
 
 }  // namespace cairn

@@ -6,6 +6,13 @@
 
 namespace cairn {
 
+// How deep the contact points of a pair are where the bodies are now.
+struct PairDepth {
+    double deepest = 0;  // m
+    double sum = 0;      // m, over `touching` points
+    int touching = 0;
+};
+
 struct IslandError {
     double maxPenetration = 0;  // m
     double penetrationSum = 0;  // m, over `touching` points
@@ -23,6 +30,8 @@ struct IslandError {
     double over = 0;           // worst error over what was asked for; 0 where nothing was
 
     IslandError& operator+=(const IslandError& o);
+    // asked: toleranceOf() the pair.
+    void add(const PairDepth& pair, double asked);
 };
 
 // Linear violation (m) of a joint's rows and the worst angular one (rad).
@@ -41,8 +50,8 @@ IslandError measureIsland(Problem<S>& problem, S h, S dt, const AccuracyDef& acc
 // m: the tightest of what the world and two bodies ask for; 0: none does.
 double toleranceOf(const AccuracyDef& accuracy, double bodyA, double bodyB);
 
-// Adds the depth of a pair's contact points, found where the bodies are now. asked: toleranceOf() the pair.
+// Of contacts found where the bodies are now; the points' own errors are no less than their depths then.
 template <class S>
-void measurePenetration(PairContacts<S>& pair, double asked, IslandError& error);
+PairDepth measurePenetration(PairContacts<S>& pair);
 
 }  // namespace cairn

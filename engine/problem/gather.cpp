@@ -4,6 +4,7 @@
 #include "engine/model/gyroscopics.hpp"
 #include "engine/problem/colouring.hpp"
 
+#include <numeric>
 #include <utility>
 
 namespace cairn {
@@ -111,6 +112,11 @@ int Gatherer<S>::placeOf(std::uint32_t body) {
 }
 
 template <class S>
+int Gatherer<S>::placeAmong(const std::vector<int>& fixed, std::uint32_t body) const {
+    return world_.bodies[body].isDynamic() ? world_.islands.placeOf(body) : fixed[body];
+}
+
+template <class S>
 void Gatherer<S>::gather() {
     problem_.clear();
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
@@ -146,14 +152,29 @@ void Gatherer<S>::gather() {
                                       world_.islands.lock(index).lambda});
         }
     }
-    for (const std::uint32_t p : island_.pairs) {
-        PairContacts<S>& pair = world_.contacts.pairs()[p];
+    problem_.forEach(island_.pairs.size(), [&](std::size_t k) {
+        PairContacts<S>& pair = pairAt(k);
         pair.beginStep();
         pair.isNew = false;
-        placeOf(pair.pair.a);
-        placeOf(pair.pair.b);
-    }
+    });
+    placeFixedBodies();
     fillContacts();
+}
+
+template <class S>
+void Gatherer<S>::placeFixedBodies() {
+    static thread_local std::vector<std::uint8_t> hasFixed;  // by pair of the island
+    hasFixed.resize(island_.pairs.size());
+    problem_.forEach(hasFixed.size(), [&, into = hasFixed.data()](std::size_t k) {
+        const ProxyPair& pair = pairAt(k).pair;
+        into[k] = world_.bodies[pair.a].isDynamic() && world_.bodies[pair.b].isDynamic() ? 0 : 1;
+    });
+    for (std::size_t k = 0; k < hasFixed.size(); ++k) {
+        if (hasFixed[k] != 0) {
+            placeOf(pairAt(k).pair.a);
+            placeOf(pairAt(k).pair.b);
+        }
+    }
 }
 
 template <class S>
@@ -210,57 +231,72 @@ void Gatherer<S>::colourContacts() {
 }
 
 template <class S>
-void Gatherer<S>::fillContacts() {
+auto Gatherer<S>::listManifolds() -> Seldom {
+    // By pair of the island, where its manifolds begin among the contacts.
+    static thread_local std::vector<std::size_t> firstOf;
+    firstOf.resize(island_.pairs.size() + 1);
+    std::size_t* const first = firstOf.data();  // not those of the thread that runs a part of the loop
+    problem_.forEach(island_.pairs.size(), [&](std::size_t k) { first[k + 1] = pairAt(k).manifolds.size(); });
+    first[0] = 0;
+    std::partial_sum(firstOf.begin(), firstOf.end(), firstOf.begin());
     problem_.contacts.clear();
-    problem_.beginImpulses();
-    std::size_t manifolds = 0;
-    for (const std::uint32_t p : island_.pairs) {
-        manifolds += world_.contacts.pairs()[p].manifolds.size();
-    }
-    problem_.contacts.reserve(manifolds);
-    for (const std::uint32_t p : island_.pairs) {
-        const PairContacts<S>& pair = world_.contacts.pairs()[p];
-        for (std::uint32_t m = 0; m < pair.manifolds.size(); ++m) {
-            const ContactManifold<S>& manifold = pair.manifolds[m];
-            ProblemContact<S>& contact = problem_.contacts.emplace_back();
-            contact.pair = p;
-            contact.manifold = m;
-            contact.a = placeOf(pair.pair.a);
-            contact.b = placeOf(pair.pair.b);
-            contact.count = manifold.count;
-            contact.friction = manifold.friction;
-            contact.staticFriction = manifold.staticFriction;
-            contact.restitution = manifold.restitution;
+    problem_.contacts.resize(firstOf.back());
+    const std::vector<int>& fixed = fixedPlaces();
+    return problem_.sum(island_.pairs.size(), Seldom{}, [&](std::size_t begin, std::size_t end) {
+        Seldom seldom;
+        for (std::size_t k = begin; k < end; ++k) {
+            const PairContacts<S>& pair = pairAt(k);
+            for (std::uint32_t m = 0; m < pair.manifolds.size(); ++m) {
+                const ContactManifold<S>& manifold = pair.manifolds[m];
+                ProblemContact<S>& contact = problem_.contacts[first[k] + m];
+                contact.pair = island_.pairs[k];
+                contact.manifold = m;
+                contact.a = placeAmong(fixed, pair.pair.a);
+                contact.b = placeAmong(fixed, pair.pair.b);
+                contact.count = manifold.count;
+                contact.firstRound = manifold.isRound ? 0 : -1;
+                contact.friction = manifold.friction;
+                contact.staticFriction = manifold.staticFriction;
+                contact.restitution = manifold.restitution;
+                seldom += {static_cast<bool>(manifold.slips),
+                           manifold.rollingFriction > S(0) || manifold.spinningFriction > S(0)};
+            }
         }
-    }
+        return seldom;
+    });
+}
+
+template <class S>
+void Gatherer<S>::fillContacts() {
+    problem_.beginImpulses();
+    const Seldom seldom = listManifolds();
     if (problem_.jobs != nullptr) {
         colourContacts();
     }
     int count = 0;
     int rounds = 0;
-    bool hasSlipped = false;
     for (ProblemContact<S>& contact : problem_.contacts) {
         contact.firstPoint = count;
         count += contact.count;
-        const ContactManifold<S>& manifold = manifoldOf(contact);
-        if (manifold.isRound) {
+        if (contact.firstRound >= 0) {
             contact.firstRound = rounds;
             rounds += contact.count;
         }
-        hasSlipped = hasSlipped || manifold.slips;
     }
-    problem_.slips.resize(hasSlipped ? static_cast<std::size_t>(count) : 0);
+    problem_.slips.resize(seldom.slips ? static_cast<std::size_t>(count) : 0);
     resizeClosely(problem_.points, static_cast<std::size_t>(count));
     resizeClosely(problem_.places, static_cast<std::size_t>(count));
     resizeClosely(problem_.rounds, static_cast<std::size_t>(rounds));
     problem_.forEach(problem_.contacts.size(), [&](std::size_t c) { fillPoints(problem_.contacts[c]); });
-    fillRolls();
+    problem_.rolls.clear();
+    if (seldom.rolls) {
+        fillRolls();
+    }
     colourJoints();
 }
 
 template <class S>
 void Gatherer<S>::fillRolls() {
-    problem_.rolls.clear();
     for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
         const ProblemContact<S>& contact = problem_.contacts[c];
         const ContactManifold<S>& manifold = manifoldOf(contact);
@@ -341,8 +377,8 @@ void Gatherer<S>::handBack() {
 }
 
 template <class S>
-PairSide<S> Gatherer<S>::sideOf(std::uint32_t body) {
-    const SolverBody<S>& s = problem_.bodies[static_cast<std::size_t>(placeOf(body))];
+PairSide<S> Gatherer<S>::sideOf(std::uint32_t body, const std::vector<int>& fixed) const {
+    const SolverBody<S>& s = problem_.bodies[static_cast<std::size_t>(placeAmong(fixed, body))];
     return {&world_.bodies[body], s.pose, s.v.template head<3>(), s.v.template tail<3>()};
 }
 
@@ -350,15 +386,20 @@ template <class S>
 void Gatherer<S>::detect(const SpeculativeBounds& speculative, NarrowCounts& counts) {
     handContactsBack();
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
-    const auto side = [&](std::uint32_t body) { return sideOf(body); };
+    const auto side = [&, &fixed = fixedPlaces()](std::uint32_t body) { return sideOf(body, fixed); };
+    counts += problem_.sum(island_.pairs.size(), NarrowCounts{}, [&](std::size_t begin, std::size_t end) {
+        NarrowCounts sum;
+        for (std::size_t k = begin; k < end; ++k) {
+            PairContacts<S>& pair = pairAt(k);
+            collidePair(pair, side(pair.pair.a), side(pair.pair.b), speculative, sum);
+        }
+        return sum;
+    });
     static thread_local std::vector<GroundPair<S>> ground;
     ground.clear();
     for (const std::uint32_t p : island_.pairs) {
         PairContacts<S>& pair = world_.contacts.pairs()[p];
-        const PairSide<S> a = side(pair.pair.a);
-        const PairSide<S> b = side(pair.pair.b);
-        collidePair(pair, a, b, speculative, counts);
-        addGroundPair(ground, pair, *a.body, *b.body);
+        addGroundPair(ground, pair, world_.bodies[pair.pair.a], world_.bodies[pair.pair.b]);
     }
     cullInternalEdges<S>(ground, side);
 }
@@ -388,7 +429,7 @@ void Gatherer<S>::foresee(const std::vector<Met>& met) {
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
     for (const Met& one : met) {
         PairContacts<S>& pair = world_.contacts.pairs()[one.pair];
-        foreseeManifold(pair, one.manifold, sideOf(pair.pair.a), sideOf(pair.pair.b));
+        foreseeManifold(pair, one.manifold, sideOf(pair.pair.a, fixedPlaces()), sideOf(pair.pair.b, fixedPlaces()));
     }
 }
 

@@ -64,13 +64,30 @@ public:
     void handBack();
 
 private:
-    PairSide<S> sideOf(std::uint32_t body);
+    // Of an island's manifolds, what few have.
+    struct Seldom {
+        bool slips = false;  // a point that has slipped while it should have stuck
+        bool rolls = false;  // rolling or spinning friction
+
+        void operator+=(const Seldom& o) {
+            slips = slips || o.slips;
+            rolls = rolls || o.rolls;
+        }
+    };
+    // `fixed`, here and below: where fixed bodies are in the problem, by index.
+    PairSide<S> sideOf(std::uint32_t body, const std::vector<int>& fixed) const;
     // The place of a body in the problem; a fixed one is added when it is first met.
     int placeOf(std::uint32_t body);
+    // The same of one that is there.
+    int placeAmong(const std::vector<int>& fixed, std::uint32_t body) const;
+    PairContacts<S>& pairAt(std::size_t k) const { return world_.contacts.pairs()[island_.pairs[k]]; }
     ContactManifold<S>& manifoldOf(const ProblemContact<S>& contact) const {
         return world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
     }
+    void placeFixedBodies();
     void fillContacts();
+    // In the order of pairs, without their points.
+    Seldom listManifolds();
     void fillPoints(ProblemContact<S>& contact);
     void colourContacts();
     void colourJoints();

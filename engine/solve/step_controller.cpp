@@ -258,7 +258,7 @@ void StepController<S>::lookAgain(S dt, Solution& solution, NarrowCounts& narrow
         PairContacts<S>& pair = world_.contacts.pairs()[p];
         const double bodyA = world_.bodies[pair.pair.a].kind->def.tolerance;
         const double bodyB = world_.bodies[pair.pair.b].kind->def.tolerance;
-        measurePenetration(pair, toleranceOf(request_.accuracy, bodyA, bodyB), solution.error);
+        solution.error.add(measurePenetration(pair), toleranceOf(request_.accuracy, bodyA, bodyB));
     }
     gatherer_.gatherContacts();
 }

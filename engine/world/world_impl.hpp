@@ -167,7 +167,7 @@ private:
     bool maySettle(const Island& island, const IslandState& state, S dt) const;
     // Puts up with what the forces of the last solution leave unbalanced, and says how much that is.
     void settle(const Island& island, IslandState& state, S dt);
-    void solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt);
+    void solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt, JobSystem& team);
     // Gives the bodies where the problem has led them. A body whose numbers went non-finite stays where it was, at
     // rest.
     void writeBack(const Problem<S>& problem, IslandState& state, S dt);
@@ -211,6 +211,14 @@ private:
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
     std::vector<double> maxWork_;  // by awake island; empty: no bound
+    // Of a pair: its depth, and the island whose error that is part of; -1: none's.
+    struct Measured {
+        int points = 0;
+        int island = -1;
+        PairDepth depth;
+        double asked = 0;  // m
+    };
+    std::vector<Measured> measured_;
     std::mutex narrowMutex_;
     NarrowCounts narrow_;  // of contacts found within the islands of this step
     Totals totals_;

@@ -1,3 +1,4 @@
+#include "base/team.hpp"
 #include "engine/model/describe.hpp"
 #include "engine/solve/auto.hpp"
 #include "engine/world/world_impl.hpp"
@@ -178,9 +179,11 @@ void World<S>::Impl::moveThose(FunctionRef<bool(std::uint32_t)> leaves, Function
 
 template <class S>
 void World<S>::Impl::catchFastBodies(S dt) {
-    const bool any = std::any_of(awake.bodies.begin(), awake.bodies.end(),
-                                 [&](std::uint32_t i) { return isFastBody(bodies[i], before[i], dt); });
-    if (!any) {
+    const int fast = parallelSum(*jobs, awake.bodies.size(), 256, 0, [&](std::size_t begin, std::size_t end) {
+        return static_cast<int>(std::count_if(&awake.bodies[begin], &awake.bodies[begin] + (end - begin),
+                                              [&](std::uint32_t i) { return isFastBody(bodies[i], before[i], dt); }));
+    });
+    if (fast == 0) {
         return;
     }
     // Boxes that hold every body all the way from where it was: most of those it has already do.
@@ -349,7 +352,8 @@ Solver<S>& World<S>::Impl::solverOf(SolveRequest& request) {
 }
 
 template <class S>
-void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt) {
+void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt,
+                                 JobSystem& team) {
     // Kept by the thread for all islands that it solves: kept by each, it would be most of what a body costs in memory.
     static thread_local Problem<S> problem;
     static thread_local SolverMemory<S> shared{.isShared = true};
@@ -359,7 +363,7 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     IslandState& state = islandStates[k];
     SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory.make();
     const WorldTables<S> tables{
-        bodies, joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, gyroscopicInertia()}, jobs.get()};
+        bodies, joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, gyroscopicInertia()}, &team};
     std::swap(problem.memory, memory);
     NarrowCounts narrow;
     state.solved =
@@ -387,18 +391,27 @@ void World<S>::Impl::solveIslands(S dt) {
     shareWork();
     narrow_ = {};
     // Threads share a large island, one after the other; then the small ones, in bunches.
-    const auto solve = [&](std::size_t k) {
-        solveIsland(k, by, request, maxWork_.empty() ? infinity<double>() : maxWork_[k], dt);
+    const auto solve = [&](std::size_t k, JobSystem& team) {
+        solveIsland(k, by, request, maxWork_.empty() ? infinity<double>() : maxWork_[k], dt, team);
     };
-    for (std::size_t k = 0; k < active.size(); ++k) {
-        if (!islandStates[k].settled && active[k].isLarge()) {
-            solve(k);
-        }
+    const auto isToShare = [&](std::size_t k) { return !islandStates[k].settled && active[k].isLarge(); };
+    std::size_t large = 0;
+    while (large < active.size() && !isToShare(large)) {
+        ++large;
+    }
+    if (large < active.size()) {
+        leadTeam(*jobs, [&](JobSystem& team) {
+            for (std::size_t k = large; k < active.size(); ++k) {
+                if (isToShare(k)) {
+                    solve(k, team);
+                }
+            }
+        });
     }
     const std::size_t grain = std::clamp<std::size_t>(active.size() / 64, 1, 16);
     parallelFor(*jobs, active.size(), grain, [&](std::size_t k) {
         if (!islandStates[k].settled && !active[k].isLarge()) {
-            solve(k);
+            solve(k, *jobs);
         }
     });
     for (std::size_t k = 0; k < active.size(); ++k) {
@@ -411,14 +424,27 @@ void World<S>::Impl::solveIslands(S dt) {
 
 template <class S>
 void World<S>::Impl::measure() {
-    for (PairContacts<S>& pair : contacts.pairs()) {
-        const int k = std::max(islands.of(pair.pair.a), islands.of(pair.pair.b));
-        if (k < 0 || islandStates[static_cast<std::size_t>(k)].settled) {
-            continue;
+    std::vector<PairContacts<S>>& pairs = contacts.pairs();
+    measured_.resize(pairs.size());
+    parallelFor(*jobs, pairs.size(), 64, [&](std::size_t k) {
+        PairContacts<S>& pair = pairs[k];
+        Measured& measured = measured_[k];
+        measured.points = pair.pointCount();
+        measured.island = std::max(islands.of(pair.pair.a), islands.of(pair.pair.b));
+        if (measured.island < 0 || islandStates[static_cast<std::size_t>(measured.island)].settled) {
+            measured.island = -1;
+            return;
         }
-        const double asked =
+        measured.depth = measurePenetration(pair);
+        measured.asked =
             toleranceOf(def.accuracy, bodies[pair.pair.a].kind->def.tolerance, bodies[pair.pair.b].kind->def.tolerance);
-        measurePenetration(pair, asked, islandStates[static_cast<std::size_t>(k)].solved.error);
+    });
+    report.counts.contacts = contacts.restingPoints();
+    for (const Measured& measured : measured_) {
+        report.counts.contacts += measured.points;
+        if (measured.island >= 0) {
+            islandStates[static_cast<std::size_t>(measured.island)].solved.error.add(measured.depth, measured.asked);
+        }
     }
     totals_ = {};
     report.counts.narrow += narrow_;
@@ -526,11 +552,7 @@ void World<S>::Impl::countAndClose(double dt) {
     c.bodies = static_cast<int>(bodies.count());
     c.joints = static_cast<int>(joints.count());
     c.pairs = static_cast<int>(contacts.pairs().size() + contacts.resting().size());
-    c.contacts = contacts.restingPoints();
     c.islands = static_cast<int>(islands.awake().size());
-    for (const PairContacts<S>& pair : contacts.pairs()) {
-        c.contacts += pair.pointCount();
-    }
     report.potentialEnergy = sleepingPotential;
     for (const std::uint32_t i : awake.bodies) {
         const Body<S>& b = bodies[i];

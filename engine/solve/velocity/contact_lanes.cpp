@@ -5,7 +5,7 @@
 namespace cairn {
 namespace {
 
-constexpr std::size_t packsAtOnce = 8;  // of a thread
+constexpr std::size_t packsAtOnce = 2;  // of a thread
 constexpr std::size_t bodyPlaces = 12;  // of ContactLanesView::placements
 
 template <class S, std::size_t width>
