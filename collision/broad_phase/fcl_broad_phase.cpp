@@ -4,7 +4,9 @@
 #include "collision/broad_phase/fcl_box_tree.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <span>
 #include <utility>
 
 namespace cairn {
@@ -40,6 +42,7 @@ struct alignas(64) Finder {
     std::vector<ProxyPair> ahead;   // of who asks with a higher id: in order
     std::vector<ProxyPair> behind;  // of who asks with a lower id: in the order of b
     std::vector<const Node*> open;
+    std::vector<std::uint64_t> marks;  // a bit for each id; all 0 between calls
 };
 
 // The order of pairs in one comparison, as an update makes some for every pair there is; no function, as sorting would
@@ -194,8 +197,28 @@ struct BroadPhase::Impl {
             }
             std::for_each(endless.begin(), endless.end(), meetOverlapping);
         }
-        std::sort(out.ahead.begin() + first, out.ahead.end(), inOrder);
-        std::sort(out.behind.begin() + firstBehind, out.behind.end(), inOrder);
+        order({out.ahead.begin() + first, out.ahead.end()}, &ProxyPair::b, out.marks);
+        order({out.behind.begin() + firstBehind, out.behind.end()}, &ProxyPair::a, out.marks);
+    }
+
+    // Sorts pairs that differ in `which` alone.
+    void order(std::span<ProxyPair> some, ProxyId ProxyPair::*which, std::vector<std::uint64_t>& marks) const {
+        constexpr std::size_t bits = 64;
+        if (some.size() < bits || some.size() < flags.size() / bits) {
+            std::sort(some.begin(), some.end(), inOrder);
+            return;
+        }
+        // So many of a crowd are put in order as they are counted.
+        marks.resize(flags.size() / bits + 1, 0);
+        for (const ProxyPair& pair : some) {
+            marks[pair.*which / bits] |= std::uint64_t{1} << pair.*which % bits;
+        }
+        std::size_t to = 0;
+        for (std::size_t word = 0; word < marks.size(); ++word) {
+            for (std::uint64_t left = std::exchange(marks[word], 0); left != 0; left &= left - 1) {
+                some[to++].*which = static_cast<ProxyId>(word * bits) + static_cast<ProxyId>(std::countr_zero(left));
+            }
+        }
     }
 
     // Calls f(id) for all that the trees do not know where they are: the endless, and who moved since the last update.

@@ -24,7 +24,7 @@ bool isOfGround(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b)
 template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies,
                              const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
-    crowded_ = leaveOutCrowds(found, bodies, jobs, near_);
+    crowded_ = leaveOutCrowds(found, bodies, jobs, near_, crowd_);
     follow(crowded_ > 0 ? near_ : found, bodies);
     collide(bodies, speculative, jobs, onlyChanged);
     cull(bodies, jobs);

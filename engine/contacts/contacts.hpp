@@ -252,7 +252,9 @@ public:
     const std::vector<Gone>& gone() const { return gone_; }
     const NarrowCounts& counts() const { return counts_; }  // of the last update
     int crowded() const { return crowded_; }                // near pairs that it left out
-    int carried() const { return carried_; }                // pairs that kept their manifolds in it though awake
+    // By body, whether one of them was of it; empty where none was left out.
+    const std::vector<std::uint8_t>& crowd() const { return crowd_; }
+    int carried() const { return carried_; }  // pairs that kept their manifolds in it though awake
 
 private:
     // Follows the list of near pairs.
@@ -272,6 +274,7 @@ private:
 
     std::vector<PairContacts<S>> pairs_;  // sorted
     std::vector<ProxyPair> near_;         // room for update()
+    std::vector<std::uint8_t> crowd_;
     std::vector<Gone> gone_;
     std::map<ProxyPair, PairContacts<S>> resting_;
     // By the higher id, which comes first, then the lower one: the same pairs once more, so that those of one body are

@@ -23,19 +23,21 @@ bool areAlike(const Body<S>& a, const Body<S>& b) {
     return std::max(a.kind->radius, b.kind->radius) <= 2 * std::min(a.kind->radius, b.kind->radius);
 }
 
-// Whether a body has more neighbours of its size than there is room for.
+// Whether a body has more neighbours of its size than there is room for. Of slender ones, whose reach has room for
+// thousands, more than any heap has.
 template <class S>
 bool isOverfull(const Body<S>& body, int neighbours) {
     constexpr double least = 32;  // more than touch a ball among others half or twice as large
-    const double room = 2 * body.kind->radius / body.kind->innerRadius;
-    return neighbours > std::max(least, room * room * room);
+    constexpr double most = 256;
+    return neighbours > std::clamp(body.kind->room, least, most);
 }
 
 }  // namespace
 
 template <class S>
 int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, JobSystem& jobs,
-                   std::vector<ProxyPair>& kept) {
+                   std::vector<ProxyPair>& kept, std::vector<std::uint8_t>& crowd) {
+    crowd.clear();
     if (near.size() <= mostDeepNeighbours * mostDeepNeighbours / 2) {
         return 0;
     }
@@ -89,12 +91,14 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
         return 0;
     }
     kept.clear();
+    crowd.resize(bodies.slotCount(), 0);
     std::size_t next = 0;
     for (std::size_t i = 0; i < near.size(); ++i) {
         const ProxyPair& pair = near[i];
         if (next < deep.size() && deep[next] == i) {
             ++next;
             if (count[pair.a] >= mostDeepNeighbours || count[pair.b] >= mostDeepNeighbours) {
+                crowd[pair.a] = crowd[pair.b] = 1;
                 continue;
             }
             ++count[pair.a];
@@ -106,9 +110,9 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
     return static_cast<int>(near.size() - kept.size());
 }
 
-template int leaveOutCrowds(const std::vector<ProxyPair>&, const BodyTable<float>&, JobSystem&,
-                            std::vector<ProxyPair>&);
+template int leaveOutCrowds(const std::vector<ProxyPair>&, const BodyTable<float>&, JobSystem&, std::vector<ProxyPair>&,
+                            std::vector<std::uint8_t>&);
 template int leaveOutCrowds(const std::vector<ProxyPair>&, const BodyTable<double>&, JobSystem&,
-                            std::vector<ProxyPair>&);
+                            std::vector<ProxyPair>&, std::vector<std::uint8_t>&);
 
 }  // namespace cairn

@@ -17,9 +17,9 @@ inline constexpr double deepShare = 0.9;
 inline constexpr int mostDeepNeighbours = 8;
 
 // `near` less those pairs that both bodies have too many of, in order; gives how many were left out. Where none
-// is, `kept` is not touched.
+// is, `kept` is not touched. crowd: by body, whether a pair of it was left out; empty where none was.
 template <class S>
 int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, JobSystem& jobs,
-                   std::vector<ProxyPair>& kept);
+                   std::vector<ProxyPair>& kept, std::vector<std::uint8_t>& crowd);
 
 }  // namespace cairn

@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <numbers>
 
 namespace cairn {
 
@@ -114,6 +115,15 @@ void weigh(BodyKind<S>& kind, const std::string& name) {
     kind.gyroscopic = (properties.inertia - mean * Mat3d::Identity()).cwiseAbs().maxCoeff() > 1e-9 * mean;
 }
 
+// m3, of shapes that have one; where they overlap that counts twice.
+double volumeOf(std::vector<Shape> shapes) {
+    std::erase_if(shapes, [](const Shape& shape) { return !isConvex(shape.kind); });
+    for (Shape& shape : shapes) {
+        shape.material.density = 1;
+    }
+    return shapes.empty() ? 0 : massProperties(shapes).mass;
+}
+
 template <class S>
 void measureShapes(BodyKind<S>& kind, double continuousShare) {
     const BodyDef& def = kind.def;
@@ -127,6 +137,8 @@ void measureShapes(BodyKind<S>& kind, double continuousShare) {
     for (const Shape& shape : def.shapes) {
         kind.innerRadius = std::min(kind.innerRadius, innerRadius(shape));
     }
+    const double reach = 2 * kind.radius;
+    kind.room = 4.0 / 3.0 * std::numbers::pi * reach * reach * reach / volumeOf(def.shapes);
     if (def.continuous == Continuous::Always) {
         kind.ccdDistance = 0;
     } else if (def.continuous == Continuous::Auto && !def.particle) {

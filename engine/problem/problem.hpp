@@ -126,7 +126,8 @@ struct Problem {
 
     // By impacts of the present sub-step: what bounced turns too far in it.
     int halvingsAsked = 0;
-    bool isDriven = false;  // touches, or is joined to, a kinematic body that moves
+    bool isDriven = false;   // touches, or is joined to, a kinematic body that moves
+    bool isOfCrowd = false;  // has bodies that pass through each other (crowds.hpp): nothing is exact there
     StepPlan plan;
     SubstepLimits limits;
     SolverMemory<S> memory;

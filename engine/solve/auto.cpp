@@ -103,7 +103,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const double maxWork = std::min(plan.maxWork, problem.limits.maxWork);
     // Exact solutions are taken only where they can be afforded: what they took of late, and then, since it has its
     // price to know, what a factor will. What is calm needs no iterations.
-    const bool isTooDear = state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
+    const bool isTooDear = problem.isOfCrowd || state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
     plan.reason = state.sweepSteps > 0 ? PlanReason::BackingOff : isTooDear ? PlanReason::TooDear : PlanReason::Exact;
     if (!plan.sweeps()) {
         chooseByFactor(problem, state.isCalm() ? plan.maxWork : maxWork, plan);

@@ -126,7 +126,8 @@ class ContinuousCollision {
 public:
     ContinuousCollision(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake, const JointTable<S>& joints,
                         const BroadPhase& boxes, FunctionRef<bool(ProxyId, ProxyId)> mayCollide,
-                        const std::vector<Before<S>>& before, const Vec3<S>& gravity, S dt)
+                        const std::vector<Before<S>>& before, const Vec3<S>& gravity, S dt,
+                        const std::vector<std::uint8_t>& crowd)
         : bodies_(bodies),
           awake_(awake),
           joints_(joints),
@@ -134,7 +135,8 @@ public:
           mayCollide_(mayCollide),
           before_(before),
           gravity_(gravity),
-          dt_(dt) {}
+          dt_(dt),
+          crowd_(crowd) {}
 
     CcdCounts run(JobSystem& jobs) {
         choose();
@@ -177,6 +179,12 @@ private:
                      0.5 * static_cast<double>(dt_) *
                          (moved ? Vec3<S>(before_[i].w + b.w) : Vec3<S>(Vec3<S>::Zero())).template cast<double>());
         return motion;
+    }
+
+    // What was born in one spot passes through each other anyway where contacts have left pairs out, and comes apart.
+    bool areOfCrowd(ProxyId a, ProxyId b) const {
+        const auto isOfCrowd = [&](ProxyId i) { return i < crowd_.size() && crowd_[i] != 0; };
+        return isOfCrowd(a) && isOfCrowd(b);
     }
 
     // Fast bodies have the first trajectories.
@@ -244,7 +252,7 @@ private:
                 const auto found = numberOf_.find(other);
                 const bool isMutual = found != numberOf_.end();
                 const std::uint32_t number = isMutual ? found->second : other;
-                if (other != own.body && (!isMutual || findsAll || k < number) &&
+                if (other != own.body && (!isMutual || findsAll || k < number) && !areOfCrowd(own.body, other) &&
                     mayCollide_(std::min(other, own.body), std::max(other, own.body))) {
                     encounters.push_back({static_cast<std::uint32_t>(k), number, isMutual, {}, {}});
                 }
@@ -456,6 +464,7 @@ private:
     const std::vector<Before<S>>& before_;
     Vec3<S> gravity_;
     S dt_;
+    const std::vector<std::uint8_t>& crowd_;
     std::vector<ProxyId> group_;  // by body: the lowest one of its group
     std::vector<Trajectory> trajectories_;
     std::size_t fastCount_ = 0;
@@ -470,15 +479,17 @@ template <class S>
 CcdCounts collideContinuously(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake,
                               const JointTable<S>& joints, const BroadPhase& boxes,
                               FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
-                              const Vec3<S>& gravity, S dt, JobSystem& jobs) {
-    return ContinuousCollision<S>(bodies, awake, joints, boxes, mayCollide, before, gravity, dt).run(jobs);
+                              const Vec3<S>& gravity, S dt, const std::vector<std::uint8_t>& crowd, JobSystem& jobs) {
+    return ContinuousCollision<S>(bodies, awake, joints, boxes, mayCollide, before, gravity, dt, crowd).run(jobs);
 }
 
 template CcdCounts collideContinuously(BodyTable<float>&, const std::vector<std::uint32_t>&, const JointTable<float>&,
                                        const BroadPhase&, FunctionRef<bool(ProxyId, ProxyId)>,
-                                       const std::vector<Before<float>>&, const Vec3<float>&, float, JobSystem&);
+                                       const std::vector<Before<float>>&, const Vec3<float>&, float,
+                                       const std::vector<std::uint8_t>&, JobSystem&);
 template CcdCounts collideContinuously(BodyTable<double>&, const std::vector<std::uint32_t>&, const JointTable<double>&,
                                        const BroadPhase&, FunctionRef<bool(ProxyId, ProxyId)>,
-                                       const std::vector<Before<double>>&, const Vec3<double>&, double, JobSystem&);
+                                       const std::vector<Before<double>>&, const Vec3<double>&, double,
+                                       const std::vector<std::uint8_t>&, JobSystem&);
 
 }  // namespace cairn

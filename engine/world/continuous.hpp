@@ -51,11 +51,12 @@ bool isFastBody(const Body<S>& body, const Before<S>& before, S dt) {
 }
 
 // awake: who may have moved; `before` says of them alone where they were. `boxes` must hold every body from where it
-// was to where it is; mayCollide as in BroadPhase. gravity: m/s2.
+// was to where it is; mayCollide as in BroadPhase. gravity: m/s2. crowd: as ContactTable's; of two such bodies
+// neither holds the other back.
 template <class S>
 CcdCounts collideContinuously(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake,
                               const JointTable<S>& joints, const BroadPhase& boxes,
                               FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
-                              const Vec3<S>& gravity, S dt, JobSystem& jobs);
+                              const Vec3<S>& gravity, S dt, const std::vector<std::uint8_t>& crowd, JobSystem& jobs);
 
 }  // namespace cairn

@@ -197,7 +197,7 @@ void World<S>::Impl::catchFastBodies(S dt) {
     broadPhase.updateBoxes();
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
     const CcdCounts counts = collideContinuously<S>(bodies, awake.bodies, joints, broadPhase, mayMeet, before,
-                                                    def.gravity.template cast<S>(), dt, *jobs);
+                                                    def.gravity.template cast<S>(), dt, contacts.crowd(), *jobs);
     report.counts.ccdBodies = counts.bodies;
     report.counts.ccdHeldBodies = counts.held;
     report.counts.ccdUnresolved = counts.unresolved;

@@ -35,6 +35,44 @@ TEST(Crowds, BoxesBornInOneSpotComeApart) {
     expectBelow("farthest, m", farthest, 24);
 }
 
+// Slender bodies, and those of several parts, whose inner radius says little of how much room they take: their contacts
+// do not grow with all pairs there are.
+TEST(Crowds, WhateverTheirShapeTheyComeApart) {
+    struct Kind {
+        std::string name;
+        std::vector<Shape> shapes;
+        double pairs;     // a body, at most
+        double farthest;  // m: a heap, and not a blast
+    };
+    const std::vector<Kind> kinds = {
+        {"boxes", {box(Vec3d::Constant(0.25))}, 30, 68},
+        {"capsules", {capsule(0.1, 0.3)}, 64, 60},
+        {"compounds", {cylinder(0.1, 0.3), box({0.05, 0.4, 0.05})}, 53, 54},
+    };
+    for (const auto& [name, shapes, pairs, farthestOfAll] : kinds) {
+        SCOPED_TRACE(name);
+        constexpr int count = 150;
+        Worldd world;
+        world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+        for (int i = 0; i < count; ++i) {
+            world.add({.shapes = shapes, .position = {0, 2, 0}});
+        }
+        int mostPairs = 0;
+        for (int i = 0; i < 480; ++i) {
+            mostPairs = std::max(mostPairs, world.step(1.0 / 60).counts.pairs);
+        }
+        EXPECT_EQ(world.report().counts.crowdedPairs, 0);
+        expectBelow("pairs a body", static_cast<double>(mostPairs) / count, pairs);
+        expectBelow("depth, m", world.report().error.maxPenetration, 0.001);
+        double farthest = 0;
+        for (const BodyId body : world.bodies()) {
+            ASSERT_TRUE(world.centre(body).allFinite());
+            farthest = std::max(farthest, world.centre(body).norm());
+        }
+        expectBelow("farthest, m", farthest, farthestOfAll);
+    }
+}
+
 // On their way apart they have no more contacts than at the start: a bound on what a step costs.
 TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
     constexpr int count = 250;
