@@ -10,9 +10,8 @@
 namespace cairn {
 
 // Bodies that are so deep in each other that no other than a mistake put them there: their centres are nearer than this
-// share of their inner radii together. Or both have more neighbours than there is room for: a body with as many others
-// of its size about it as balls of its inner radius fill a ball of twice its radius. Of such pairs each body keeps this
-// many.
+// share of their inner radii together. Or both have more neighbours of their size than there is room for
+// (BodyKind::room). Of such pairs each body keeps this many.
 inline constexpr double deepShare = 0.9;
 inline constexpr int mostDeepNeighbours = 8;
 
