@@ -146,11 +146,14 @@ private:
 }  // namespace
 
 void leadTeam(JobSystem& jobs, FunctionRef<void(JobSystem&)> lead) {
-    if (jobs.threadCount() == 1) {
+    // A game's own job system may say anything.
+    constexpr int mostThreads = 1024;
+    const int threads = std::min(jobs.threadCount(), mostThreads);
+    if (threads <= 1) {
         lead(jobs);
         return;
     }
-    Team team(jobs.threadCount());
+    Team team(threads);
     std::atomic<bool> isLed = false;
     std::exception_ptr error;
     const auto take = [&](std::size_t, std::size_t) {
@@ -165,7 +168,7 @@ void leadTeam(JobSystem& jobs, FunctionRef<void(JobSystem&)> lead) {
         }
         team.dismiss();
     };
-    jobs.parallelFor(static_cast<std::size_t>(jobs.threadCount()), 1, take);
+    jobs.parallelFor(static_cast<std::size_t>(threads), 1, take);
     if (error) {
         std::rethrow_exception(error);
     }

@@ -91,6 +91,15 @@ TEST(Team, aThreadThatNapsWakesForTheNextLoop) {
     });
 }
 
+TEST(Team, takesAnyNumberOfThreads) {
+    for (const int threads : {-1, 0, 1'000'000'000}) {
+        OwnJobs jobs(threads, 2);
+        std::atomic<int> visits = 0;
+        leadTeam(jobs, [&](JobSystem& team) { parallelFor(team, 100, 1, [&](std::size_t) { ++visits; }); });
+        EXPECT_EQ(visits, 100);
+    }
+}
+
 TEST(Team, aLoopWithinALoopRunsInItsThread) {
     const auto jobs = makeTbbJobSystem(2);
     std::vector<std::atomic<int>> visits(64 * 16);
