@@ -14,7 +14,7 @@ bool areWithin(const Body<S>& a, const Body<S>& b, double reach) {
 
 template <class S>
 bool isDeep(const Body<S>& a, const Body<S>& b) {
-    return areWithin(a, b, deepShare * (a.kind->innerRadius + b.kind->innerRadius));
+    return areWithin(a, b, deepShare * (a.kind->coreRadius + b.kind->coreRadius));
 }
 
 // About a large body there is room for any number of small ones.
@@ -32,6 +32,129 @@ bool isOverfull(const Body<S>& body, int neighbours) {
     return neighbours > std::clamp(body.kind->room, least, most);
 }
 
+// What is counted of a body: neighbours of its size that move, and fixed bodies that it is deep in.
+struct Count {
+    int moving = 0;
+    int fixed = 0;
+};
+
+template <class S>
+class Crowds {
+public:
+    // counts: by body, all 0; so they are left.
+    Crowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, std::vector<Count>& counts)
+        : near_(near), bodies_(bodies), counts_(counts) {
+        counts_.resize(std::max(counts_.size(), bodies.slotCount()));
+    }
+
+    // Most worlds are told by the ids alone.
+    bool mayBe() {
+        for (const ProxyPair& pair : near_) {
+            ++counts_[pair.a].moving;
+            ++counts_[pair.b].moving;
+        }
+        const bool any =
+            std::any_of(near_.begin(), near_.end(), [&](const ProxyPair& pair) { return areMany(pair, Kind::Moving); });
+        clear();
+        return any;
+    }
+
+    // Places of pairs in `near`.
+    void find(JobSystem& jobs, std::vector<std::uint32_t>& crowded) {
+        static thread_local std::vector<Kind> kinds;
+        kinds.resize(near_.size());
+        parallelFor(jobs, near_.size(), 256, [&, into = kinds.data()](std::size_t i) {
+            const Body<S>& a = bodies_[near_[i].a];
+            const Body<S>& b = bodies_[near_[i].b];
+            if (!a.isDynamic() || !b.isDynamic()) {
+                into[i] = isDeep(a, b) ? Kind::Fixed : Kind::None;
+            } else {
+                into[i] =
+                    areAlike(a, b) && areWithin(a, b, a.kind->radius + b.kind->radius) ? Kind::Moving : Kind::None;
+            }
+        });
+        for (std::size_t i = 0; i < near_.size(); ++i) {
+            if (kinds[i] != Kind::None) {
+                add(near_[i], kinds[i]);
+            }
+        }
+        crowded.clear();
+        for (std::size_t i = 0; i < near_.size(); ++i) {
+            if (isCrowded(near_[i], kinds[i])) {
+                crowded.push_back(static_cast<std::uint32_t>(i));
+            }
+        }
+        clear();
+    }
+
+    // All of `near` that are not crowded, and of those that are a few of each body.
+    void keep(const std::vector<std::uint32_t>& crowded, std::vector<ProxyPair>& kept,
+              std::vector<std::uint8_t>& crowd) {
+        kept.clear();
+        crowd.resize(bodies_.slotCount(), 0);
+        std::size_t next = 0;
+        for (std::size_t i = 0; i < near_.size(); ++i) {
+            const ProxyPair& pair = near_[i];
+            if (next < crowded.size() && crowded[next] == i) {
+                ++next;
+                const Kind kind =
+                    bodies_[pair.a].isDynamic() && bodies_[pair.b].isDynamic() ? Kind::Moving : Kind::Fixed;
+                if (hasEnough(pair, kind)) {
+                    crowd[pair.a] = crowd[pair.b] = 1;
+                    continue;
+                }
+                add(pair, kind);
+            }
+            kept.push_back(pair);
+        }
+        clear();
+    }
+
+private:
+    // None: neighbours of unlike size, or not deep.
+    enum class Kind : std::uint8_t { None, Moving, Fixed };
+
+    // Of a pair with a fixed body the other one's; that may have any number of bodies in it.
+    Count& moverOf(const ProxyPair& pair) { return counts_[bodies_[pair.a].isDynamic() ? pair.a : pair.b]; }
+    void add(const ProxyPair& pair, Kind kind) {
+        if (kind == Kind::Fixed) {
+            ++moverOf(pair).fixed;
+        } else {
+            ++counts_[pair.a].moving;
+            ++counts_[pair.b].moving;
+        }
+    }
+    bool areMany(const ProxyPair& pair, Kind kind) {
+        return kind == Kind::Fixed
+                   ? moverOf(pair).fixed > mostDeepNeighbours
+                   : counts_[pair.a].moving > mostDeepNeighbours && counts_[pair.b].moving > mostDeepNeighbours;
+    }
+    bool hasEnough(const ProxyPair& pair, Kind kind) {
+        return kind == Kind::Fixed
+                   ? moverOf(pair).fixed >= mostDeepNeighbours
+                   : counts_[pair.a].moving >= mostDeepNeighbours || counts_[pair.b].moving >= mostDeepNeighbours;
+    }
+    bool isCrowded(const ProxyPair& pair, Kind kind) {
+        if (kind == Kind::Fixed || !areMany(pair, Kind::Moving)) {
+            return kind == Kind::Fixed && areMany(pair, kind);
+        }
+        const Body<S>& a = bodies_[pair.a];
+        const Body<S>& b = bodies_[pair.b];
+        return a.isDynamic() && b.isDynamic() &&
+               (isDeep(a, b) || (isOverfull(a, counts_[pair.a].moving) && isOverfull(b, counts_[pair.b].moving)));
+    }
+    void clear() {
+        for (const ProxyPair& pair : near_) {
+            counts_[pair.a] = {};
+            counts_[pair.b] = {};
+        }
+    }
+
+    const std::vector<ProxyPair>& near_;
+    const BodyTable<S>& bodies_;
+    std::vector<Count>& counts_;
+};
+
 }  // namespace
 
 template <class S>
@@ -41,72 +164,17 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
     if (near.size() <= mostDeepNeighbours * mostDeepNeighbours / 2) {
         return 0;
     }
-    // Neighbours of each body, then those of its deep ones that it keeps; 0 between calls.
-    static thread_local std::vector<int> count;
-    count.resize(std::max(count.size(), bodies.slotCount()), 0);
-    const auto clear = [&] {
-        for (const ProxyPair& pair : near) {
-            count[pair.a] = 0;
-            count[pair.b] = 0;
-        }
-    };
-    // Most worlds are told by the ids alone.
-    for (const ProxyPair& pair : near) {
-        ++count[pair.a];
-        ++count[pair.b];
-    }
-    const bool mayBe = std::any_of(near.begin(), near.end(), [&](const ProxyPair& pair) {
-        return count[pair.a] > mostDeepNeighbours && count[pair.b] > mostDeepNeighbours;
-    });
-    clear();
-    if (!mayBe) {
+    static thread_local std::vector<Count> counts;
+    static thread_local std::vector<std::uint32_t> crowded;
+    Crowds<S> crowds(near, bodies, counts);
+    if (!crowds.mayBe()) {
         return 0;
     }
-    static thread_local std::vector<std::uint8_t> isNeighbour;  // by pair
-    isNeighbour.resize(near.size());
-    parallelFor(jobs, near.size(), 256, [&, into = isNeighbour.data()](std::size_t i) {
-        const Body<S>& a = bodies[near[i].a];
-        const Body<S>& b = bodies[near[i].b];
-        into[i] = a.isDynamic() && b.isDynamic() && areAlike(a, b) && areWithin(a, b, a.kind->radius + b.kind->radius);
-    });
-    for (std::size_t i = 0; i < near.size(); ++i) {
-        count[near[i].a] += isNeighbour[i];
-        count[near[i].b] += isNeighbour[i];
-    }
-    const auto isCrowded = [&](const ProxyPair& pair) {
-        const Body<S>& a = bodies[pair.a];
-        const Body<S>& b = bodies[pair.b];
-        return count[pair.a] > mostDeepNeighbours && count[pair.b] > mostDeepNeighbours && a.isDynamic() &&
-               b.isDynamic() && (isDeep(a, b) || (isOverfull(a, count[pair.a]) && isOverfull(b, count[pair.b])));
-    };
-    static thread_local std::vector<std::uint32_t> deep;  // places in `near`
-    deep.clear();
-    for (std::size_t i = 0; i < near.size(); ++i) {
-        if (isCrowded(near[i])) {
-            deep.push_back(static_cast<std::uint32_t>(i));
-        }
-    }
-    clear();
-    if (deep.empty()) {
+    crowds.find(jobs, crowded);
+    if (crowded.empty()) {
         return 0;
     }
-    kept.clear();
-    crowd.resize(bodies.slotCount(), 0);
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < near.size(); ++i) {
-        const ProxyPair& pair = near[i];
-        if (next < deep.size() && deep[next] == i) {
-            ++next;
-            if (count[pair.a] >= mostDeepNeighbours || count[pair.b] >= mostDeepNeighbours) {
-                crowd[pair.a] = crowd[pair.b] = 1;
-                continue;
-            }
-            ++count[pair.a];
-            ++count[pair.b];
-        }
-        kept.push_back(pair);
-    }
-    clear();
+    crowds.keep(crowded, kept, crowd);
     return static_cast<int>(near.size() - kept.size());
 }
 

@@ -129,14 +129,16 @@ void measureShapes(BodyKind<S>& kind, double continuousShare) {
     const BodyDef& def = kind.def;
     const Vec3d centre = kind.localCentre.template cast<double>();
     kind.radius = boundingRadius(def.shapes, centre);
+    double inner = std::numeric_limits<double>::infinity();
+    for (const Shape& shape : def.shapes) {
+        inner = std::min(inner, innerRadius(shape));
+    }
+    kind.coreRadius = std::isfinite(inner) ? inner : 0;
     if (def.type != BodyType::Dynamic) {
         return;
     }
     kind.turningRadius = def.particle ? 0 : turningRadius(def.shapes, centre);
-    kind.innerRadius = std::numeric_limits<double>::infinity();
-    for (const Shape& shape : def.shapes) {
-        kind.innerRadius = std::min(kind.innerRadius, innerRadius(shape));
-    }
+    kind.innerRadius = inner;
     const double reach = 2 * kind.radius;
     kind.room = 4.0 / 3.0 * std::numbers::pi * reach * reach * reach / volumeOf(def.shapes);
     if (def.continuous == Continuous::Always) {

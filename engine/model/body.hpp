@@ -26,6 +26,7 @@ struct BodyKind {
     bool locked = false;                    // has an axis lock
     double radius = 0;                      // m, farthest point from the centre of mass
     double innerRadius = 0;                 // m, least of its shapes'
+    double coreRadius = 0;                  // m, the same, of fixed bodies too; 0 of what has no inside or no end
     double room = 0;                        // its like that could be within its reach, a ball of twice its radius
     double turningRadius = 0;  // m: turning by an angle moves no point that matters farther than angle times this
     // m: moved farther than this within a step, it gets continuous collision; and contacts look no farther ahead than

@@ -73,6 +73,33 @@ TEST(Crowds, WhateverTheirShapeTheyComeApart) {
     }
 }
 
+// In a heap of fixed bodies likewise: of those that it is deep in each keeps a few.
+TEST(Crowds, WhatIsBornInManyFixedBodiesKeepsContactsWithAFew) {
+    Worldd world;
+    TestRandom random(1);
+    const auto off = [&] { return random.uniform(-0.1, 0.1); };
+    constexpr int count = 60;
+    for (int i = 0; i < count; ++i) {
+        world.add(
+            {.type = BodyType::Static, .shapes = {box(Vec3d::Constant(0.25))}, .position = {off(), 1 + off(), off()}});
+        world.add({.shapes = {box(Vec3d::Constant(0.2))}, .position = {off(), 1 + off(), off()}});
+    }
+    const StepReport& first = world.step(1.0 / 60);
+    EXPECT_GT(first.counts.crowdedPairs, count * count * 3 / 4);
+    EXPECT_LE(first.counts.pairs, count * (8 + 8));
+    EXPECT_TRUE(first.flags & FlagUnconverged);
+    for (int i = 0; i < 300; ++i) {
+        world.step(1.0 / 60);
+    }
+    EXPECT_EQ(world.report().flags & FlagNonFinite, 0U);
+    // Pushed out, they fall, or lie on the heap.
+    EXPECT_EQ(world.report().counts.crowdedPairs, 0);
+    expectBelow("depth, m", world.report().error.maxPenetration, 1e-3);
+    for (const BodyId body : world.bodies()) {
+        EXPECT_TRUE(world.def(body).type == BodyType::Static || std::abs(world.centre(body).y() - 1) > 0.4);
+    }
+}
+
 // On their way apart they have no more contacts than at the start: a bound on what a step costs.
 TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
     constexpr int count = 250;
