@@ -142,6 +142,13 @@ TEST(HeightField, AHoleLetsThrough) {
     EXPECT_FALSE(ask(field, sphere(0.2), truth::at({1.4, 0.15, 1.4})).empty());
     EXPECT_TRUE(std::isnan(field.field->heightAt(0.2, 0.2)));
     EXPECT_EQ(field.field->heightAt(1.4, 1.4), 0);
+    for (const double x : {-5.0, 5.0}) {
+        for (const double z : {-5.0, 5.0}) {
+            EXPECT_EQ(field.field->heightAt(x, z), 0) << "on its rim";
+            EXPECT_TRUE(std::isnan(field.field->heightAt(1.001 * x, z)));
+            EXPECT_TRUE(std::isnan(field.field->heightAt(x, 1.001 * z)));
+        }
+    }
     const Shape ball = sphere(0.2);
     Motion down;
     down.start.position = {0, 1, 0};

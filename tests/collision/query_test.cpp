@@ -149,6 +149,20 @@ TEST(RayCast, AlongTheSideOfAConeAsBesideIt) {
     EXPECT_GT(hits, 150);
 }
 
+// Parallel to a flat side: just beside it, and just within.
+TEST(RayCast, AlongAFlatSide) {
+    for (const Shape& shape : {box({0.5, 0.5, 0.5}), cylinder(0.5, 0.5)}) {
+        for (const double side : {1.0, -1.0}) {
+            EXPECT_FALSE(rayCast({&shape, 1}, {}, {{-5, side * 0.5001, 0}, {1, 0, 0}}));
+            const auto hit = rayCast({&shape, 1}, {}, {{-5, side * 0.4999, 0}, {1, 0, 0}});
+            ASSERT_TRUE(hit);
+            EXPECT_NEAR(hit->distance, 4.5, 1e-12);
+        }
+    }
+    const Shape ground = halfSpace(Vec3d::UnitY(), 0);
+    EXPECT_FALSE(rayCast({&ground, 1}, {}, {{-5, 1e-4, 0}, {1, 0, 0}}));
+}
+
 TEST(RayCast, FarAndSmallKeepsItsDigits) {
     const Shape dot = sphere(1e-3);
     const Posed far{{1e5, 2e5, -1e5}, Quatd::Identity()};

@@ -237,6 +237,9 @@ TEST(WorldQuery, RefusesWhatIsNotFinite) {
     EXPECT_THROW(query.overlapping(bad), InputError);
     EXPECT_THROW(query.containing(Vec3d(0, nan, 0)), InputError);
     EXPECT_THROW(query.closest(bad), InputError);
+    Shape broken = ball;
+    broken.size.x() = -1;
+    EXPECT_THROW(query.overlapping(Probe{{&broken, 1}, {}}), InputError);
 }
 
 }  // namespace
