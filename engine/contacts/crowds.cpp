@@ -135,8 +135,11 @@ private:
                    : counts_[pair.a].moving >= mostDeepNeighbours || counts_[pair.b].moving >= mostDeepNeighbours;
     }
     bool isCrowded(const ProxyPair& pair, Kind kind) {
-        if (kind == Kind::Fixed || !areMany(pair, Kind::Moving)) {
-            return kind == Kind::Fixed && areMany(pair, kind);
+        if (kind == Kind::Fixed) {
+            return areMany(pair, Kind::Fixed);
+        }
+        if (!areMany(pair, Kind::Moving)) {
+            return false;
         }
         const Body<S>& a = bodies_[pair.a];
         const Body<S>& b = bodies_[pair.b];

@@ -15,6 +15,11 @@ namespace cairn {
 inline constexpr double deepShare = 0.9;
 inline constexpr int mostDeepNeighbours = 8;
 
+// crowd: of leaveOutCrowds(), which need not know of bodies that came later.
+inline bool isOfCrowd(const std::vector<std::uint8_t>& crowd, std::uint32_t body) {
+    return body < crowd.size() && crowd[body] != 0;
+}
+
 // `near` less those pairs that both bodies have too many of, in order; gives how many were left out. Where none
 // is, `kept` is not touched. crowd: by body, whether a pair of it was left out; empty where none was.
 template <class S>

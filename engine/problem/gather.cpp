@@ -1,5 +1,6 @@
 #include "engine/problem/gather.hpp"
 #include "base/resize.hpp"
+#include "engine/contacts/crowds.hpp"
 #include "engine/contacts/internal_edges.hpp"
 #include "engine/model/gyroscopics.hpp"
 #include "engine/problem/colouring.hpp"
@@ -123,9 +124,8 @@ void Gatherer<S>::gather() {
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
     problem_.jobs = island_.isLarge() ? world_.jobs : nullptr;
     problem_.isDriven = island_.isDriven;
-    const std::vector<std::uint8_t>& crowd = world_.contacts.crowd();
     problem_.isOfCrowd = std::any_of(island_.bodies.begin(), island_.bodies.end(),
-                                     [&](std::uint32_t i) { return i < crowd.size() && crowd[i] != 0; });
+                                     [&](std::uint32_t i) { return isOfCrowd(world_.contacts.crowd(), i); });
     // With room for some fixed ones, which would double it.
     constexpr std::size_t fixedBodies = 16;
     if (island_.bodies.size() + fixedBodies > problem_.bodies.capacity()) {

@@ -1,6 +1,7 @@
 #include "engine/world/continuous.hpp"
 #include "collision/queries/time_of_impact.hpp"
 #include "collision/shapes/hull.hpp"
+#include "engine/contacts/crowds.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -182,10 +183,7 @@ private:
     }
 
     // What was born in one spot passes through each other anyway where contacts have left pairs out, and comes apart.
-    bool areOfCrowd(ProxyId a, ProxyId b) const {
-        const auto isOfCrowd = [&](ProxyId i) { return i < crowd_.size() && crowd_[i] != 0; };
-        return isOfCrowd(a) && isOfCrowd(b);
-    }
+    bool areOfCrowd(ProxyId a, ProxyId b) const { return isOfCrowd(crowd_, a) && isOfCrowd(crowd_, b); }
 
     // Fast bodies have the first trajectories.
     void choose() {

@@ -180,8 +180,12 @@ void World<S>::Impl::moveThose(FunctionRef<bool(std::uint32_t)> leaves, Function
 template <class S>
 void World<S>::Impl::catchFastBodies(S dt) {
     const int fast = parallelSum(*jobs, awake.bodies.size(), 256, 0, [&](std::size_t begin, std::size_t end) {
-        return static_cast<int>(std::count_if(&awake.bodies[begin], &awake.bodies[begin] + (end - begin),
-                                              [&](std::uint32_t i) { return isFastBody(bodies[i], before[i], dt); }));
+        int sum = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t i = awake.bodies[k];
+            sum += isFastBody(bodies[i], before[i], dt) ? 1 : 0;
+        }
+        return sum;
     });
     if (fast == 0) {
         return;
