@@ -50,6 +50,9 @@ std::string label(const Case& c) {
     if (!c.solver.empty()) {
         text += " " + c.solver;
     }
+    if (c.substeps > 0) {
+        text += " " + std::to_string(c.substeps);
+    }
     return text + (c.floats ? " float" : "");
 }
 
@@ -176,6 +179,7 @@ int run(int argc, char** argv) {
     int repeats = 1;
     int steps = 0;
     int look = 0;
+    int substeps = 0;
     bool floats = false;
     std::string jsonPath;
     app.add_option("scenes", names, "what to run")->capture_default_str();
@@ -189,6 +193,7 @@ int run(int argc, char** argv) {
     app.add_option("--steps", steps, "in place of the scenes' own")->check(CLI::PositiveNumber);
     app.add_option("--look", look, "runs each once more and looks at depths after so many steps")
         ->check(CLI::PositiveNumber);
+    app.add_option("--substeps", substeps, "sub-steps a step; 0: the solver's own")->check(CLI::Range(0, 64));
     app.add_flag("--float", floats, "single precision");
     app.add_option("--json", jsonPath, "file to write");
     std::vector<Case> cases;
@@ -206,6 +211,7 @@ int run(int argc, char** argv) {
     for (Case& c : cases) {
         c.steps = steps > 0 ? steps : c.steps;
         c.floats = floats;
+        c.substeps = substeps;
         c.cpuClock = threads == std::vector<int>{1};
         const std::vector<Row> rows = measureRows(c, threads, repeats, look);
         failed = failed || rows.empty();

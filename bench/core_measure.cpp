@@ -197,6 +197,7 @@ Outcome run(const Case& c) {
     if (!c.solver.empty()) {
         def.solver = solverNamed(c.solver);
     }
+    std::visit([&](auto& numbers) { numbers.substeps = c.substeps; }, def.solver);
     if (c.apart) {
         def.gravity = Vec3d::Zero();
     }

@@ -11,6 +11,7 @@ struct Case {
     int count = 0;
     int steps = 0;
     std::string solver;
+    int substeps = 0;  // 0: the solver's own
     bool floats = false;
     int threads = 1;
     bool cpuClock = true;

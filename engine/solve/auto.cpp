@@ -5,7 +5,7 @@
 namespace cairn {
 
 template <class S>
-std::unique_ptr<Solver<S>> makeHybrid(const SolverSettings& settings);
+std::unique_ptr<Solver<S>> makeThriftyHybrid(const SolverSettings& settings);
 template <class S>
 std::unique_ptr<Solver<S>> makeGaussSeidel(const SolverSettings& settings);
 template <class S>
@@ -83,7 +83,7 @@ template <class S>
 Auto<S>::Auto(const SolverSettings& settings)
     : settings_(settings),
       direct_(std::make_unique<Direct<S>>(factored(settings))),
-      hybrid_(makeHybrid<S>(settings)),
+      hybrid_(makeThriftyHybrid<S>(settings)),
       gaussSeidel_(makeGaussSeidel<S>(settings)),
       nncg_(makeNncg<S>(settings)) {}
 
@@ -103,8 +103,11 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const double maxWork = std::min(plan.maxWork, problem.limits.maxWork);
     // Exact solutions are taken only where they can be afforded: what they took of late, and then, since it has its
     // price to know, what a factor will. What is calm needs no iterations.
-    const bool isTooDear = problem.isOfCrowd || state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
-    plan.reason = state.sweepSteps > 0 ? PlanReason::BackingOff : isTooDear ? PlanReason::TooDear : PlanReason::Exact;
+    const bool isTooDear = state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
+    plan.reason = problem.isOfCrowd      ? PlanReason::Crowded
+                  : state.sweepSteps > 0 ? PlanReason::BackingOff
+                  : isTooDear            ? PlanReason::TooDear
+                                         : PlanReason::Exact;
     if (!plan.sweeps()) {
         chooseByFactor(problem, state.isCalm() ? plan.maxWork : maxWork, plan);
     }

@@ -34,6 +34,14 @@ bool mayBeginAnew(const StepPlan& plan) {
     return plan.mayBeRefused || plan.mayRestart() || std::isfinite(plan.maxWork);
 }
 
+// ControllerState::refinement: how many are bounded in work, and how far each divides the step.
+constexpr int boundedRefinements = 5;
+// Of the error, what half a step may leave: where it leaves more, it is not time that is too coarse.
+constexpr double shareLeft = 0.7;
+int subdivisionsAt(int refinement) {
+    return 1 << (refinement < boundedRefinements ? refinement : refinement - boundedRefinements);
+}
+
 bool isSound(Guard guard, const SolveReport& report) {
     return guard == Guard::Energy ? !report.gainsEnergy() : std::isfinite(report.energyGained);
 }
@@ -127,8 +135,9 @@ void StepController<S>::setLimits(double maxWork) {
     SubstepLimits& limits = problem_.limits;
     limits.maxWork = maxWork;
     limits.isCold = false;
-    limits.workPerRow = isAsked() ? infinity<double>() : request_.workPerRow;
-    limits.workPerRowAnew = isAsked() ? infinity<double>() : request_.workPerRowAnew;
+    const bool isBounded = state_.refinement < boundedRefinements;
+    limits.workPerRow = isBounded ? request_.workPerRow : infinity<double>();
+    limits.workPerRowAnew = isBounded ? request_.workPerRowAnew : infinity<double>();
 }
 
 template <class S>
@@ -266,8 +275,8 @@ void StepController<S>::lookAgain(S dt, Solution& solution, NarrowCounts& narrow
 template <class S>
 void StepController<S>::calmDown(double over) {
     state_.calmSteps = over < calmShare ? state_.calmSteps + 1 : 0;
-    if (state_.calmSteps >= calmSteps && state_.subdivisionLevel > 0) {
-        --state_.subdivisionLevel;
+    if (state_.calmSteps >= calmSteps && state_.refinement > 0) {
+        --state_.refinement;
         state_.calmSteps = 0;
     }
 }
@@ -354,20 +363,31 @@ Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
         return solution;
     }
     const StepCheckpoint<S> start(world_, island_, problem_, state_);
-    int level = state_.subdivisionLevel;
+    int level = state_.refinement;
+    double overBefore = infinity<double>();
     for (;;) {
         const double before = solution.report.work;
-        solveSubdivided(dt, 1 << level, solution, narrow);
+        solveSubdivided(dt, subdivisionsAt(level), solution, narrow);
         lookAgain(dt, solution, narrow);
         const double ahead = 2 * (solution.report.work - before);
         const bool reached = !(solution.error.over > 1);
-        if (reached || 2 << level > request_.accuracy.maxSubdivisions || solution.report.work + ahead > maxWork_) {
+        // What the bound on work did not make worse is no better without it.
+        const bool wasBounded = solution.restarts > 0 || solution.reason == PlanReason::TooDear ||
+                                solution.reason == PlanReason::BackingOff;
+        const bool helps = solution.error.over < shareLeft * overBefore;
+        const int next = level >= boundedRefinements ? level + 1
+                         : level == 0 && !wasBounded ? boundedRefinements + 1
+                         : helps                     ? level + 1
+                                                     : boundedRefinements;
+        overBefore = solution.error.over;
+        if (reached || subdivisionsAt(next) > request_.accuracy.maxSubdivisions ||
+            solution.report.work + ahead > maxWork_) {
             break;
         }
         start.restore(world_, island_, problem_, state_);
-        ++level;
+        level = next;
         ++solution.solves;
-        state_.subdivisionLevel = level;
+        state_.refinement = level;
         state_.calmSteps = 0;
     }
     gatherer_.handBack();

@@ -37,6 +37,8 @@ const char* name(PlanReason reason) {
             return "by sweeps: a factor would cost more than the bound on work";
         case PlanReason::TooDear:
             return "by sweeps: exact solutions took more of late than this step may take";
+        case PlanReason::Crowded:
+            return "by sweeps: bodies deep in each other by the dozen pass through each other until they have parted";
         case PlanReason::BackingOff:
             return "by sweeps: an exact solution was not found a few steps ago";
     }

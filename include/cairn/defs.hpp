@@ -93,7 +93,7 @@ struct SleepDef {
 };
 
 // How wrong a step may be (docs/accuracy.md). Zero: not asked. An island whose error is above what is asked is solved
-// again, with twice as many subdivisions; what is still above it at `maxSubdivisions` raises FlagTolerance.
+// again, better or with twice as many subdivisions; what is still above it at `maxSubdivisions` raises FlagTolerance.
 struct AccuracyDef {
     double position = 0;       // m: StepError::position
     double velocity = 0;       // m/s: StepError::velocity

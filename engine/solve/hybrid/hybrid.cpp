@@ -9,12 +9,28 @@
 #include "engine/solve/hybrid/joint_solve.hpp"
 #include "engine/solve/velocity/impulse_solver.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace cairn {
 
 template <class S>
 struct HybridMemory {
     JointSolve<S> joints;
     bool isExact = false;
+    bool isPinned = false;  // each joint holds a point rigidly, and nothing else
+    S substep = 0;          // s, as planned of this step, however often it is halved
+    S lastSubstep = 0;      // of the step before
+
+    // s, in which gaps are closed: no less than the sub-step that left them, where the next one is shorter. At C/h a
+    // millimetre from a sub-step of 1/60 s would be closed in one of 1/4000 s at the speed of a shot.
+    S closingTime(const SubstepLimits& limits, S h) {
+        const S time = std::max({h, substep, lastSubstep});
+        if (limits.isLast) {
+            lastSubstep = substep;
+        }
+        return time;
+    }
 };
 
 namespace {
@@ -28,15 +44,54 @@ constexpr S regularisation = S(1e-4);
 constexpr int minConjugate = 6;
 // Block multiply-adds (6x6) a body, of the dearest factor over joints.
 constexpr double maxJointWork = 80;
+constexpr int mostSubsteps = 4;
+// m, by which joints may come open in a sub-step since bodies turn in it: of nets half of this opens them no less at
+// their worst and costs a third more, and twice as much twice as far (docs/solvers.md, "The knee").
+template <class S>
+constexpr S worthASubstep = S(0.002);
+
+// m: how far apart the anchors of pins come in dt since their bodies turn, as they do at the start of the step. What
+// rows hold is the speed there, along tangents; from it they part by half the difference of their centripetal
+// accelerations, times dt^2: of a net of 60 joints what is measured, to a few per cent.
+template <class S>
+S openedByTurning(const Problem<S>& problem, S dt) {
+    S most = 0;
+    const auto bend = [&](int index, const Vec3<S>& anchor) -> Vec3<S> {
+        const SolverBody<S>& body = problem.bodies[static_cast<std::size_t>(index)];
+        const Vec3<S> w = body.v.template tail<3>();
+        return w.cross(w.cross(body.pose.rotation * anchor));
+    };
+    for (const auto& link : problem.joints) {
+        const JointFrames<S>& frames = link.joint->frames;
+        most = std::max(most, (bend(link.a, frames.a.position) - bend(link.b, frames.b.position)).squaredNorm());
+    }
+    return S(0.5) * dt * dt * std::sqrt(most);
+}
+
+template <class S>
+bool isPinned(const Problem<S>& problem) {
+    return std::all_of(problem.blocks.begin(), problem.blocks.end(),
+                       [](const RowBlock<S>& block) { return !block.particles && block.pointRows == block.count; }) &&
+           std::all_of(problem.rows.begin(), problem.rows.end(),
+                       [](const Row<S>& row) { return row.compliance == S(0); });
+}
 
 template <class S>
 class Hybrid final : public ImpulseSolver<S> {
 public:
-    explicit Hybrid(const SolverSettings& settings) : ImpulseSolver<S>(stiff(settings), ContactForm::Compact, 4, 4) {}
+    Hybrid(const SolverSettings& settings, bool mayTakeFewer)
+        : ImpulseSolver<S>(stiff(settings), ContactForm::Compact, mostSubsteps, 4),
+          mayTakeFewer_(mayTakeFewer && settings.def.substeps == 0) {}
 
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
         StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
         if (!problem.joints.empty()) {
+            HybridMemory<S>& memory = memoryOf(problem);
+            if (mayTakeFewer_ && memory.isPinned && problem.contacts.empty()) {
+                const S wanted = std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>);
+                plan.substeps = static_cast<int>(std::ceil(std::clamp(wanted, S(1), S(mostSubsteps))));
+            }
+            memory.substep = dt / static_cast<S>(plan.substeps);
             plan.guard = Guard::Energy;
             plan.maxWorkAnew = problem.limits.workPerRowAnew * problem.expectedRows();
         }
@@ -48,18 +103,24 @@ private:
         settings.def.geometricStiffness = true;
         return settings;
     }
+    static HybridMemory<S>& memoryOf(Problem<S>& problem) {
+        if (!problem.memory.hybrid) {
+            problem.memory.hybrid = std::make_shared<HybridMemory<S>>();
+        }
+        return *problem.memory.hybrid;
+    }
     void begin(Problem<S>& problem, CompactSweeps<S>& system, S h) override {
         if (problem.rows.empty()) {
             return;
         }
-        if (!problem.memory.hybrid) {
-            problem.memory.hybrid = std::make_shared<HybridMemory<S>>();
-        }
-        HybridMemory<S>& memory = *problem.memory.hybrid;
+        HybridMemory<S>& memory = memoryOf(problem);
         memory.isExact = memory.joints.begin(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
+        memory.isPinned = memory.isExact && isPinned(problem);
         const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
-        system.joints().pushOut(problem, memory.isExact ? PushOutSpring<S>{S(1) / h, S(1) / regularisation<S>, maxSpeed}
-                                                        : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed));
+        const S time = memory.closingTime(problem.limits, h);
+        system.joints().pushOut(problem, memory.isExact
+                                             ? PushOutSpring<S>{S(1) / time, S(1) / regularisation<S>, maxSpeed}
+                                             : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed));
     }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {
@@ -78,16 +139,26 @@ private:
             }
         }
     }
+
+    bool mayTakeFewer_;
 };
 
 }  // namespace
 
 template <class S>
 std::unique_ptr<Solver<S>> makeHybrid(const SolverSettings& settings) {
-    return std::make_unique<Hybrid<S>>(settings);
+    return std::make_unique<Hybrid<S>>(settings, false);
+}
+
+// With fewer sub-steps where the joints of what touches nothing open by no more than a knee is worth.
+template <class S>
+std::unique_ptr<Solver<S>> makeThriftyHybrid(const SolverSettings& settings) {
+    return std::make_unique<Hybrid<S>>(settings, true);
 }
 
 template std::unique_ptr<Solver<float>> makeHybrid(const SolverSettings&);
 template std::unique_ptr<Solver<double>> makeHybrid(const SolverSettings&);
+template std::unique_ptr<Solver<float>> makeThriftyHybrid(const SolverSettings&);
+template std::unique_ptr<Solver<double>> makeThriftyHybrid(const SolverSettings&);
 
 }  // namespace cairn

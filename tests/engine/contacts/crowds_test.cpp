@@ -21,6 +21,9 @@ TEST(Crowds, BoxesBornInOneSpotComeApart) {
     EXPECT_LE(first.counts.contacts, 8 * count * 8);
     EXPECT_TRUE(first.flags & FlagUnconverged);
     EXPECT_EQ(first.flags & FlagNonFinite, 0U);
+    for (const IslandReport& island : first.islands) {
+        EXPECT_EQ(island.reason, PlanReason::Crowded);
+    }
     for (int i = 0; i < 480; ++i) {
         world.step(1.0 / 60);
     }

@@ -24,7 +24,7 @@ TEST(Checkpoint, PutsBackBodiesForcesAndDecisions) {
                           .backoff = 4,
                           .sweepSteps = 3,
                           .directWork = 100,
-                          .subdivisionLevel = 1,
+                          .refinement = 1,
                           .calmSteps = 5,
                           .slowSteps = 6,
                           .settleAfter = 16,
@@ -52,7 +52,7 @@ TEST(Checkpoint, PutsBackBodiesForcesAndDecisions) {
     EXPECT_EQ(state.backoff, before.backoff);
     EXPECT_EQ(state.sweepSteps, before.sweepSteps);
     EXPECT_EQ(state.directWork, before.directWork);
-    EXPECT_EQ(state.subdivisionLevel, before.subdivisionLevel);
+    EXPECT_EQ(state.refinement, before.refinement);
     EXPECT_EQ(state.calmSteps, before.calmSteps);
     EXPECT_EQ(state.slowSteps, before.slowSteps);
     EXPECT_EQ(state.settleAfter, before.settleAfter);
