@@ -135,7 +135,7 @@ void StepController<S>::setLimits(double maxWork) {
     SubstepLimits& limits = problem_.limits;
     limits.maxWork = maxWork;
     limits.isCold = false;
-    const bool isBounded = state_.refinement < boundedRefinements;
+    const bool isBounded = !isAsked() || state_.refinement < boundedRefinements;
     limits.workPerRow = isBounded ? request_.workPerRow : infinity<double>();
     limits.workPerRowAnew = isBounded ? request_.workPerRowAnew : infinity<double>();
 }
