@@ -273,6 +273,18 @@ void StepController<S>::lookAgain(S dt, Solution& solution, NarrowCounts& narrow
 }
 
 template <class S>
+int StepController<S>::refinementAfter(int level, const Solution& solution, bool hasHelped) const {
+    // What the bound on work did not make worse is no better without it.
+    const bool wasBounded =
+        solution.restarts > 0 || solution.reason == PlanReason::TooDear || solution.reason == PlanReason::BackingOff;
+    if (level == 0 && !wasBounded) {
+        return boundedRefinements + 1;
+    }
+    const bool isAllowed = subdivisionsAt(level + 1) <= request_.accuracy.maxSubdivisions;
+    return level >= boundedRefinements || (hasHelped && isAllowed) ? level + 1 : boundedRefinements;
+}
+
+template <class S>
 void StepController<S>::calmDown(double over) {
     state_.calmSteps = over < calmShare ? state_.calmSteps + 1 : 0;
     if (state_.calmSteps >= calmSteps && state_.refinement > 0) {
@@ -371,20 +383,18 @@ Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
         lookAgain(dt, solution, narrow);
         const double ahead = 2 * (solution.report.work - before);
         const bool reached = !(solution.error.over > 1);
-        // What the bound on work did not make worse is no better without it.
-        const bool wasBounded = solution.restarts > 0 || solution.reason == PlanReason::TooDear ||
-                                solution.reason == PlanReason::BackingOff;
-        const bool helps = solution.error.over < shareLeft * overBefore;
-        const int next = level >= boundedRefinements ? level + 1
-                         : level == 0 && !wasBounded ? boundedRefinements + 1
-                         : helps                     ? level + 1
-                                                     : boundedRefinements;
+        const int next = refinementAfter(level, solution, solution.error.over < shareLeft * overBefore);
         overBefore = solution.error.over;
         if (reached || subdivisionsAt(next) > request_.accuracy.maxSubdivisions ||
             solution.report.work + ahead > maxWork_) {
             break;
         }
         start.restore(world_, island_, problem_, state_);
+        if (level < boundedRefinements && next >= boundedRefinements) {
+            // That no exact solution was found within a bound says nothing of one without.
+            state_.backoff = 0;
+            state_.sweepSteps = 0;
+        }
         level = next;
         ++solution.solves;
         state_.refinement = level;

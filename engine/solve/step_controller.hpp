@@ -90,6 +90,9 @@ private:
     bool isAsked() const;
     // Contacts where the step has led, which the world then keeps for the next one.
     void lookAgain(S dt, Solution& solution, NarrowCounts& narrow);
+    // What ControllerState::refinement to try after `level` did not reach what is asked; whether it left much less of
+    // the error than the one before.
+    int refinementAfter(int level, const Solution& solution, bool hasHelped) const;
     void calmDown(double over);
     // Whether something would go deep into something else in this step if nothing held it: what it is thrown to may
     // meet what no contact tells of.
