@@ -113,9 +113,22 @@ SolveReport StepController<S>::advance(const Course& course, double maxWork) {
 template <class S>
 typename StepController<S>::Course StepController<S>::begin(S dt, int substeps, const SolveReport& cost,
                                                             Balance<S>& balance) {
+    const double planned = static_cast<double>(dt) / problem_.plan.substeps;
+    problem_.limits.closingTime = std::max(planned, state_.substep);
     problem_.beginImpulses();
     balance.open(problem_, solver_.balances());
     return {.sum = cost, .h = dt / static_cast<S>(substeps), .left = substeps};
+}
+
+template <class S>
+void StepController<S>::end(S dt, const Course& course, Solution& solution) {
+    problem_.handImpulsesOn();
+    if (problem_.plan.reason != PlanReason::Exact) {
+        state_.substep = static_cast<double>(dt) / problem_.plan.substeps;
+    }
+    solution.report += course.sum;
+    solution.substeps += course.taken;
+    solution.reason = problem_.plan.reason;
 }
 
 template <class S>
@@ -213,10 +226,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
             course = begin(dt, plan.substeps, cost, balance);
         }
     }
-    problem_.handImpulsesOn();
-    solution.report += course.sum;
-    solution.substeps += course.taken;
-    solution.reason = plan.reason;
+    end(dt, course, solution);
     return course.h;
 }
 
@@ -288,7 +298,8 @@ template <class S>
 void StepController<S>::calmDown(double over) {
     state_.calmSteps = over < calmShare ? state_.calmSteps + 1 : 0;
     if (state_.calmSteps >= calmSteps && state_.refinement > 0) {
-        --state_.refinement;
+        // Below what is exact and undivided is nothing that costs less but the first of all.
+        state_.refinement = state_.refinement == boundedRefinements ? 0 : state_.refinement - 1;
         state_.calmSteps = 0;
     }
 }

@@ -79,6 +79,8 @@ private:
     void setLimits(double maxWork);  // of a subdivision
     // At the start of a subdivision of dt, or of one that begins anew after `cost`.
     Course begin(S dt, int substeps, const SolveReport& cost, Balance<S>& balance);
+    // Of a subdivision of dt: what it gave goes into the step's solution.
+    void end(S dt, const Course& course, Solution& solution);
     SolveReport advance(const Course& course, double maxWork);
     // One subdivision; gives the length of its last sub-step.
     S subdivision(S dt, double maxWork, Solution& solution);

@@ -19,18 +19,6 @@ struct HybridMemory {
     JointSolve<S> joints;
     bool isExact = false;
     bool isPinned = false;  // each joint holds a point rigidly, and nothing else
-    S substep = 0;          // s, as planned of this step, however often it is halved
-    S lastSubstep = 0;      // of the step before
-
-    // s, in which gaps are closed: no less than the sub-step that left them, where the next one is shorter. At C/h a
-    // millimetre from a sub-step of 1/60 s would be closed in one of 1/4000 s at the speed of a shot.
-    S closingTime(const SubstepLimits& limits, S h) {
-        const S time = std::max({h, substep, lastSubstep});
-        if (limits.isLast) {
-            lastSubstep = substep;
-        }
-        return time;
-    }
 };
 
 namespace {
@@ -86,12 +74,11 @@ public:
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
         StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
         if (!problem.joints.empty()) {
-            HybridMemory<S>& memory = memoryOf(problem);
-            if (mayTakeFewer_ && memory.isPinned && problem.contacts.empty()) {
+            const auto& memory = problem.memory.hybrid;
+            if (mayTakeFewer_ && memory && memory->isPinned && problem.contacts.empty()) {
                 const S wanted = std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>);
                 plan.substeps = static_cast<int>(std::ceil(std::clamp(wanted, S(1), S(mostSubsteps))));
             }
-            memory.substep = dt / static_cast<S>(plan.substeps);
             plan.guard = Guard::Energy;
             plan.maxWorkAnew = problem.limits.workPerRowAnew * problem.expectedRows();
         }
@@ -103,21 +90,18 @@ private:
         settings.def.geometricStiffness = true;
         return settings;
     }
-    static HybridMemory<S>& memoryOf(Problem<S>& problem) {
-        if (!problem.memory.hybrid) {
-            problem.memory.hybrid = std::make_shared<HybridMemory<S>>();
-        }
-        return *problem.memory.hybrid;
-    }
     void begin(Problem<S>& problem, CompactSweeps<S>& system, S h) override {
         if (problem.rows.empty()) {
             return;
         }
-        HybridMemory<S>& memory = memoryOf(problem);
+        if (!problem.memory.hybrid) {
+            problem.memory.hybrid = std::make_shared<HybridMemory<S>>();
+        }
+        HybridMemory<S>& memory = *problem.memory.hybrid;
         memory.isExact = memory.joints.begin(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
         memory.isPinned = memory.isExact && isPinned(problem);
         const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
-        const S time = memory.closingTime(problem.limits, h);
+        const S time = std::max(h, static_cast<S>(problem.limits.closingTime));
         system.joints().pushOut(problem, memory.isExact
                                              ? PushOutSpring<S>{S(1) / time, S(1) / regularisation<S>, maxSpeed}
                                              : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed));

@@ -289,6 +289,35 @@ TEST(Accuracy, QualityLevelsTakenAgainGiveTheSameBits) {
     EXPECT_TRUE(equalBits(poses(again), end));
 }
 
+// A box that tumbles and comes to rest. Sweeps know no bound on work that could be lifted: once it is calm the step is
+// divided less and less.
+TEST(Accuracy, AStepIsDividedNoMoreThanTheLastOneUnlessItMissed) {
+    WorldDef def;
+    def.sleep.enabled = false;
+    def.solver = GaussSeidelDef{};
+    def.accuracy.position = 5e-4;
+    Worldd world(def);
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    world.add({.shapes = {box(Vec3d(0.5, 0.3, 0.2))},
+               .position = {0, 3, 0},
+               .rotation = expQuat<double>(Vec3d(0.4, 0.3, 0.9)),
+               .linearVelocity = {1, -8, 0},
+               .angularVelocity = {3, 8, 5}});
+    int before = 1;
+    int most = 1;
+    for (int i = 0; i < 150; ++i) {
+        for (const IslandReport& island : world.step(1.0 / 60).islands) {
+            if (island.solves == 1) {
+                EXPECT_LE(island.subdivisions, before) << "step " << i;
+            }
+            before = island.subdivisions;
+        }
+        most = std::max(most, before);
+    }
+    EXPECT_GE(most, 4);
+    EXPECT_EQ(before, 1);
+}
+
 // What lands takes several times the iterations of the step before: those are what is truncated, and by count.
 TEST(Accuracy, WorkIsBoundedAndBitsDoNotDependOnThreads) {
     std::vector<Posed> end;

@@ -26,6 +26,7 @@ TEST(Checkpoint, PutsBackBodiesForcesAndDecisions) {
                           .directWork = 100,
                           .refinement = 1,
                           .calmSteps = 5,
+                          .substep = 0.25,
                           .slowSteps = 6,
                           .settleAfter = 16,
                           .position = 1e-4,
@@ -54,6 +55,7 @@ TEST(Checkpoint, PutsBackBodiesForcesAndDecisions) {
     EXPECT_EQ(state.directWork, before.directWork);
     EXPECT_EQ(state.refinement, before.refinement);
     EXPECT_EQ(state.calmSteps, before.calmSteps);
+    EXPECT_EQ(state.substep, before.substep);
     EXPECT_EQ(state.slowSteps, before.slowSteps);
     EXPECT_EQ(state.settleAfter, before.settleAfter);
 }

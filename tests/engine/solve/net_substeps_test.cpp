@@ -13,9 +13,13 @@ constexpr int side = 8;
 
 // Knots of 1 kg, .5 m apart, pinned to their neighbours halfway, hung by two corners and let go flat.
 struct Net {
-    World<double> world;
+    struct End {
+        int a, b;
+        Vec3d half;  // m, from a to the anchor, and from there to b
+    };
+    Worldd world;
     std::vector<BodyId> knots;
-    std::vector<JointId> pins;
+    std::vector<End> ends;
 
     explicit Net(const WorldDef& def) : world(def) {
         for (int i = 0; i < side * side; ++i) {
@@ -24,6 +28,7 @@ struct Net {
                                               .shapes = {box(Vec3d::Constant(0.08))},
                                               .position = Vec3d(0.5 * (i % side), 10, 0.5 * (i / side)),
                                               .mass = hung ? 0.0 : 1.0,
+
                                               .filter = {.mask = 0}}));
         }
         for (int i = 0; i < side * side; ++i) {
@@ -37,16 +42,10 @@ struct Net {
     }
     void pin(int a, int b, const Vec3d& half) {
         const Vec3d from = world.pose(knots[static_cast<std::size_t>(a)]).position;
-        pins.push_back(world.add(BallDef{
-            .a = knots[static_cast<std::size_t>(a)], .b = knots[static_cast<std::size_t>(b)], .anchor = from + half}));
+        world.add(BallDef{
+            .a = knots[static_cast<std::size_t>(a)], .b = knots[static_cast<std::size_t>(b)], .anchor = from + half});
         ends.push_back({a, b, half});
     }
-
-    struct End {
-        int a, b;
-        Vec3d half;  // m, from a to the anchor, and from there to b
-    };
-    std::vector<End> ends;
 
     double energy() const {
         double sum = 0;
