@@ -166,17 +166,18 @@ bool repair(const Shape& first, const Shape& second, const Frame& firstFromSecon
 
 // The cache entry of a pair of shapes. Pairs are asked in a fixed order, so the next one is mostly beside the last.
 PairCache::Entry& entryOf(PairCache& cache, std::uint32_t shapeA, std::uint32_t shapeB, std::size_t& cursor) {
-    const std::size_t count = cache.entries.size();
+    std::vector<PairCache::Entry>& entries = cache.entries.make();
+    const std::size_t count = entries.size();
     for (std::size_t step = 0; step < count; ++step) {
         const std::size_t i = (cursor + step) % count;
-        if (cache.entries[i].shapeA == shapeA && cache.entries[i].shapeB == shapeB) {
+        if (entries[i].shapeA == shapeA && entries[i].shapeB == shapeB) {
             cursor = i + 1;
-            return cache.entries[i];
+            return entries[i];
         }
     }
-    cache.entries.push_back({shapeA, shapeB, Vec3d::Zero()});
+    entries.push_back({shapeA, shapeB, Vec3d::Zero()});
     cursor = count + 1;
-    return cache.entries.back();
+    return entries.back();
 }
 
 // A shape of each body in the order in which their method takes them, and the way from the first one's frame, in which

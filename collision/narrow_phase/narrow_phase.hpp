@@ -6,6 +6,8 @@
 #include <cairn/narrow_phase.hpp>
 #include <cairn/shapes.hpp>
 
+#include "base/rare.hpp"
+
 #include <array>
 
 namespace cairn {
@@ -38,7 +40,7 @@ struct PairCache {
         std::uint32_t shapeB = 0;
         Vec3d normal = Vec3d::Zero();  // A's frame; zero: none
     };
-    std::vector<Entry> entries;
+    Rare<std::vector<Entry>> entries;
 };
 
 // Appends to `out` the manifolds of body A against body B, in a fixed order. aFromB: the pose of B's body frame in A's.

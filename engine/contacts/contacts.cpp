@@ -112,10 +112,15 @@ void fillManifold(const Manifold& geometry, const Body<S>& a, const Body<S>& b, 
     manifold.friction = combined<S>(materialA.friction, materialB.friction);
     manifold.staticFriction = combined<S>(staticFriction(materialA), staticFriction(materialB));
     manifold.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
-    manifold.rollingFriction = static_cast<S>(std::max(materialA.rollingFriction, materialB.rollingFriction));
-    manifold.spinningFriction = static_cast<S>(std::max(materialA.spinningFriction, materialB.spinningFriction));
-    if (before != nullptr && before->turned) {
-        manifold.turned = std::move(before->turned);
+    if (before != nullptr && before->rolling) {
+        manifold.rolling = before->rolling;
+        before->rolling->impulse.setZero();  // handed on
+    }
+    const double rolling = std::max(materialA.rollingFriction, materialB.rollingFriction);
+    const double spinning = std::max(materialA.spinningFriction, materialB.spinningFriction);
+    if (manifold.rolling || rolling > 0 || spinning > 0) {
+        manifold.rolling.make().rollingFriction = static_cast<S>(rolling);
+        manifold.rolling->spinningFriction = static_cast<S>(spinning);
     }
     const std::array<int, 4> match =
         before != nullptr ? matchPoints(found(*before), geometry) : std::array<int, 4>{-1, -1, -1, -1};
@@ -273,7 +278,9 @@ template <class S>
 void PairContacts<S>::beginStep() {
     clearEnded();
     for (ContactManifold<S>& manifold : manifolds) {
-        manifold.turned.reset();
+        if (manifold.rolling) {
+            manifold.rolling->impulse.setZero();
+        }
         for (ContactPointState<S>& point : manifold.points) {
             point.impulse.setZero();
             point.normalImpulse = S(0);
@@ -296,8 +303,8 @@ void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S
         end.normal = geometry.direction(poseA, poseB).template cast<double>();
         end.impulse = point.impulse.template cast<double>();
         end.normalImpulse = static_cast<double>(point.normalImpulse);
-        if (isFirst && manifold.turned) {
-            end.angularImpulse = manifold.turned->template cast<double>();
+        if (isFirst && manifold.rolling) {
+            end.angularImpulse = manifold.rolling->impulse.template cast<double>();
         }
         isFirst = false;
         end.shapeA = manifold.shapeA;
@@ -408,7 +415,9 @@ void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, const PairSi
     met.count = count;
     met.known = count;
     met.transferred = 0;
-    met.turned.reset();
+    if (met.rolling) {
+        met.rolling->impulse.setZero();
+    }
     met.slips.reset();
     met.deeper = S(0);
     placeSeparations(met, PlacedSide<S>(a), PlacedSide<S>(b));

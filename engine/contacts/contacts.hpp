@@ -30,6 +30,14 @@ struct ContactPointState {
     ContactPoint found() const { return {onA, onB, foundSeparation, feature}; }
 };
 
+// What a manifold of shapes with rolling or spinning friction has beside.
+template <class S>
+struct RollingState {
+    S rollingFriction = 0;              // m
+    S spinningFriction = 0;             // m
+    Vec3<S> impulse = Vec3<S>::Zero();  // N m s over the step, on b
+};
+
 // One manifold with the surface it stands for.
 template <class S>
 struct ContactManifold {
@@ -47,9 +55,7 @@ struct ContactManifold {
     S friction = 0;
     S staticFriction = 0;
     S restitution = 0;
-    S rollingFriction = 0;               // m
-    S spinningFriction = 0;              // m
-    Rare<Vec3<S>> turned;                // N m s over the step, on b, of those two
+    Rare<RollingState<S>> rolling;
     Rare<std::array<Vec3<S>, 4>> slips;  // by point, see slip()
     S deeper = 0;                        // m, as Manifold's
     std::array<ContactPointState<S>, 4> points;
@@ -98,7 +104,7 @@ struct EndedContact {
     Vec3d normal = Vec3d::UnitY();
     Vec3d impulse = Vec3d::Zero();  // N s, on b
     double normalImpulse = 0;
-    Vec3d angularImpulse = Vec3d::Zero();  // N m s, as ContactManifold::turned
+    Vec3d angularImpulse = Vec3d::Zero();  // N m s, as RollingState's
     std::uint32_t shapeA = 0;
     std::uint32_t shapeB = 0;
     std::array<int, 2> triangles = {-1, -1};

@@ -190,13 +190,13 @@ std::vector<std::vector<std::uint32_t>> Islands<S>::updateSleep(BodyTable<S>& bo
         bool rests = sleep.enabled;
         for (const std::uint32_t i : island.bodies) {
             Body<S>& body = bodies[i];
-            const double moved = static_cast<double>((body.pose.position - body.restPose.position).norm());
+            const double moved = static_cast<double>((body.pose.position - body.restPosition).norm());
             const auto turned = [&] {
-                return static_cast<double>(logQuat<S>(body.pose.rotation * body.restPose.rotation.conjugate()).norm());
+                const Quat<S> rested = body.restRotation.template cast<S>();
+                return static_cast<double>(logQuat<S>(body.pose.rotation * rested.conjugate()).norm());
             };
             if (moved > sleep.distance || moved + turned() * body.kind->radius > sleep.distance) {
-                body.restTime = 0;
-                body.restPose = body.pose;
+                body.beginRest();
             } else {
                 body.restTime += dt;
             }

@@ -217,7 +217,7 @@ Body<S> BodyMaker<S>::make(const BodyDef& def) {
         body.w = def.angularVelocity.cast<S>();
     }
     body.awake = body.isDynamic() ? def.awake : def.type == BodyType::Kinematic;
-    body.restPose = body.pose;
+    body.beginRest();
     return body;
 }
 

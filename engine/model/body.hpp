@@ -46,8 +46,10 @@ struct Body {
     };
 
     std::shared_ptr<const BodyKind<S>> kind;
-    Pose<S> pose;                            // of the centre of mass
-    Pose<S> restPose;                        // see restTime
+    Pose<S> pose;  // of the centre of mass
+    // See restTime. In float a turn of 1e-7 rad is noise, 1e-4 of what keeps a body of a hundred metres awake.
+    Quat<float> restRotation = Quat<float>::Identity();
+    Vec3<S> restPosition = Vec3<S>::Zero();
     Vec3<S> v = Vec3<S>::Zero();             // m/s, of the centre of mass
     Vec3<S> w = Vec3<S>::Zero();             // rad/s, world axes
     Vec3<S> acceleration = Vec3<S>::Zero();  // m/s2, mean over the last step
@@ -56,7 +58,7 @@ struct Body {
     // Of the body's frame when it was added.
     Vec3d startPosition = Vec3d::Zero();
     std::array<double, 4> startRotation = {0, 0, 0, 1};  // a quaternion's x, y, z, w
-    double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from restPose
+    double restTime = 0;  // s, for which it has not moved further than SleepDef::distance from there
     int sleepGroup = -1;  // that it fell asleep with; -1: none, or it was added asleep
     BodyType type = BodyType::Dynamic;
     RestState restState = RestState::Moving;  // that the last step found, made and left
@@ -64,6 +66,12 @@ struct Body {
     bool settled = false;  // in the last step it was in an island in which nothing changes, and was left where it was
     bool awake = true;
 
+    // It has been where it is for no time yet.
+    void beginRest() {
+        restTime = 0;
+        restPosition = pose.position;
+        restRotation = pose.rotation.template cast<float>();
+    }
     bool isDynamic() const { return type == BodyType::Dynamic; }
     // Whether no step moves it.
     bool rests() const { return !awake || type == BodyType::Static; }

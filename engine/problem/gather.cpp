@@ -262,8 +262,7 @@ auto Gatherer<S>::listManifolds() -> Seldom {
                 contact.friction = manifold.friction;
                 contact.staticFriction = manifold.staticFriction;
                 contact.restitution = manifold.restitution;
-                seldom += {static_cast<bool>(manifold.slips),
-                           manifold.rollingFriction > S(0) || manifold.spinningFriction > S(0)};
+                seldom += {static_cast<bool>(manifold.slips), static_cast<bool>(manifold.rolling)};
             }
         }
         return seldom;
@@ -303,15 +302,13 @@ template <class S>
 void Gatherer<S>::fillRolls() {
     for (std::size_t c = 0; c < problem_.contacts.size(); ++c) {
         const ProblemContact<S>& contact = problem_.contacts[c];
-        const ContactManifold<S>& manifold = manifoldOf(contact);
+        const Rare<RollingState<S>>& rolling = manifoldOf(contact).rolling;
         const auto turns = [&](int body) { return !problem_.bodies[static_cast<std::size_t>(body)].particle; };
-        if ((manifold.rollingFriction > S(0) || manifold.spinningFriction > S(0)) && contact.count > 0 &&
+        if (rolling && (rolling->rollingFriction > S(0) || rolling->spinningFriction > S(0)) && contact.count > 0 &&
             turns(contact.a) && turns(contact.b)) {
             problem_.rolls.push_back(
-                {static_cast<std::uint32_t>(c), manifold.rollingFriction, manifold.spinningFriction});
-            if (manifold.turned) {
-                problem_.rolls.back().impulse = *manifold.turned;
-            }
+                {static_cast<std::uint32_t>(c), rolling->rollingFriction, rolling->spinningFriction});
+            problem_.rolls.back().impulse = rolling->impulse;
         }
     }
 }
@@ -352,7 +349,7 @@ void Gatherer<S>::handContactsBack() {
         }
     });
     for (const typename Problem<S>::RollLink& roll : problem_.rolls) {
-        manifoldOf(problem_.contacts[roll.contact]).turned.make() = roll.impulse;
+        manifoldOf(problem_.contacts[roll.contact]).rolling->impulse = roll.impulse;
     }
 }
 

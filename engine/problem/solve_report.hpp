@@ -21,12 +21,12 @@ constexpr double visitsOfProduct = 9;
 
 // What a solver says of one sub-step; summed over sub-steps and islands.
 struct SolveReport {
+    double work = 0;  // RowSystem::work()
     int directSolves = 0;
     int sweptSolves = 0;
     int newtonIterations = 0;
     int factorisations = 0;
     int rows = 0;
-    double work = 0;         // RowSystem::work()
     bool truncated = false;  // SubstepLimits::maxWork left something undone
     bool unconverged = false;
     // Refused: shorter sub-steps are needed. Nothing has changed but the bodies, which must be put back.

@@ -8,20 +8,20 @@ namespace cairn {
 
 // What the controller (step_controller.hpp) keeps of an island from step to step.
 struct ControllerState {
-    int halvings = 0;         // of the sub-step, because one was refused
-    int backoff = 0;          // auto: steps that sweeps take over for when `direct` fails, or its factor is too dear
-    int sweepSteps = 0;       // auto: of those, still to come
-    double directWork = 0;    // auto: what `direct` took lately, or would have; less from step to step
-    bool wasResting = false;  // auto: StepPlan::rests of the last plan
+    int halvings = 0;    // of the sub-step, because one was refused
+    int backoff = 0;     // auto: steps that sweeps take over for when `direct` fails, or its factor is too dear
+    int sweepSteps = 0;  // auto: of those, still to come
     // How far down the list of what is tried for the error asked for: what would be done if none were, with 1, 2, 4 ..
     // subdivisions of the step; then exact solutions, with as many.
     int refinement = 0;
-    int calmSteps = 0;    // in which less would have done
-    double substep = 0;   // s, of the last step or subdivision that was swept, as planned; halvings do not count
-    int slowSteps = 0;    // since the last try to settle it, in which it was slow enough for one
-    int settleAfter = 8;  // such steps; twice as many after each try
-    double position = 0;  // m, IslandError::position of the last step
-    double work = 0;      // SolveReport::work of the last step
+    int calmSteps = 0;        // in which less would have done
+    int slowSteps = 0;        // since the last try to settle it, in which it was slow enough for one
+    int settleAfter = 8;      // such steps; twice as many after each try
+    bool wasResting = false;  // auto: StepPlan::rests of the last plan
+    double directWork = 0;    // auto: what `direct` took lately, or would have; less from step to step
+    double substep = 0;       // s, of the last step or subdivision that was swept, as planned; halvings do not count
+    double position = 0;      // m, IslandError::position of the last step
+    double work = 0;          // SolveReport::work of the last step
 
     // Whether it erred so little in the last step that a higher quality level would gain nothing: it is solved without
     // subdivision where no tolerance is asked.

@@ -74,8 +74,7 @@ void World<S>::Impl::wakeOne(std::uint32_t i) {
 template <class S>
 void World<S>::Impl::wake(std::uint32_t i) {
     const auto refresh = [&](Body<S>& b) {
-        b.restTime = 0;
-        b.restPose = b.pose;
+        b.beginRest();
         b.restState = RestState::Moving;
         b.settled = false;
     };

@@ -100,6 +100,9 @@ bool World<S>::Impl::maySettle(const Island& island, const IslandState& state, S
 template <class S>
 void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
     state.settled = true;
+    if (++state.settledSteps == forgetAfter) {
+        state.memory.reset();
+    }
     S squared = 0;
     for (const std::uint32_t i : island.bodies) {
         Body<S>& b = bodies[i];
@@ -142,7 +145,10 @@ void World<S>::Impl::recallIslands(S dt) {
         state.settles = false;
         if (sameRules && isSettled(island, state)) {
             settle(island, state, dt);
-        } else if (sameRules && maySettle(island, state, dt)) {
+            return;
+        }
+        state.settledSteps = 0;
+        if (sameRules && maySettle(island, state, dt)) {
             ControllerState& control = state.control;
             if (control.slowSteps + 1 == control.settleAfter + settleSteps) {
                 control.slowSteps = 0;

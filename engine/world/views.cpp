@@ -89,10 +89,12 @@ std::vector<ContactView> World<S>::contacts() const {
                 view.friction = static_cast<double>(manifold.friction);
                 view.staticFriction = static_cast<double>(manifold.staticFriction);
                 view.restitution = static_cast<double>(manifold.restitution);
-                view.rollingFriction = static_cast<double>(manifold.rollingFriction);
-                view.spinningFriction = static_cast<double>(manifold.spinningFriction);
-                if (k == 0 && manifold.turned) {
-                    view.angularImpulse = manifold.turned->template cast<double>();
+                if (manifold.rolling) {
+                    view.rollingFriction = static_cast<double>(manifold.rolling->rollingFriction);
+                    view.spinningFriction = static_cast<double>(manifold.rolling->spinningFriction);
+                    if (k == 0) {
+                        view.angularImpulse = manifold.rolling->impulse.template cast<double>();
+                    }
                 }
                 tellImpulse(view, point.impulse.template cast<double>(), static_cast<double>(point.normalImpulse), dt);
                 const auto speed = [&](const Body<S>& body) {

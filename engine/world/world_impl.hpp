@@ -48,6 +48,9 @@ struct World<S>::Impl {
     int tolerantBodies = 0;              // with a tolerance of their own
     std::vector<std::uint32_t> changed;  // bodies that the game has touched since the last step (Body::changed)
     double detectedFor = 0;              // s, of the step that contacts are known for
+    // Steps for which solvers may keep what they took for an island that is settled: of a thousand boxes in a heap that
+    // is a megabyte of rows and five of factors.
+    static constexpr int forgetAfter = 60;
     // What is kept of an island from step to step.
     struct IslandState {
         ControllerState control;
@@ -56,6 +59,7 @@ struct World<S>::Impl {
         std::uint32_t pairs = 0;
         std::uint32_t joints = 0;
         bool isFinite = true;
+        int settledSteps = 0;  // one after the other, up to this one
         bool settled = false;  // in this step
         bool settles = false;  // this step tries to settle it (StepPlan::settles)
     };
@@ -219,6 +223,9 @@ private:
         double asked = 0;  // m
     };
     std::vector<Measured> measured_;
+    Measured measure(PairContacts<S>& pair) const;
+    Rare<Problem<S>> largeProblem_;  // of islands that are large, one after the other
+    int stepsWithoutLarge_ = 0;
     std::mutex narrowMutex_;
     NarrowCounts narrow_;  // of contacts found within the islands of this step
     Totals totals_;

@@ -359,12 +359,13 @@ template <class S>
 void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt,
                                  JobSystem& team) {
     // Kept by the thread for all islands that it solves: kept by each, it would be most of what a body costs in memory.
-    static thread_local Problem<S> problem;
+    static thread_local Problem<S> small;
     static thread_local SolverMemory<S> shared{.isShared = true};
     // Patterns of so few bodies are found anew as fast as they are looked up.
     constexpr std::size_t fewBodies = 2;
     const Island& island = islands.awake()[k];
     IslandState& state = islandStates[k];
+    Problem<S>& problem = island.isLarge() ? largeProblem_.make() : small;
     SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory.make();
     const WorldTables<S> tables{
         bodies, joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, gyroscopicInertia()}, &team};
@@ -403,7 +404,12 @@ void World<S>::Impl::solveIslands(S dt) {
     while (large < active.size() && !isToShare(large)) {
         ++large;
     }
-    if (large < active.size()) {
+    if (large == active.size()) {
+        if (largeProblem_ && ++stepsWithoutLarge_ >= forgetAfter) {
+            largeProblem_.reset();
+        }
+    } else {
+        stepsWithoutLarge_ = 0;
         leadTeam(*jobs, [&](JobSystem& team) {
             for (std::size_t k = large; k < active.size(); ++k) {
                 if (isToShare(k)) {
@@ -427,27 +433,35 @@ void World<S>::Impl::solveIslands(S dt) {
 }
 
 template <class S>
+typename World<S>::Impl::Measured World<S>::Impl::measure(PairContacts<S>& pair) const {
+    Measured measured;
+    measured.points = pair.pointCount();
+    measured.island = std::max(islands.of(pair.pair.a), islands.of(pair.pair.b));
+    if (measured.island < 0 || islandStates[static_cast<std::size_t>(measured.island)].settled) {
+        measured.island = -1;
+        return measured;
+    }
+    measured.depth = measurePenetration(pair);
+    measured.asked =
+        toleranceOf(def.accuracy, bodies[pair.pair.a].kind->def.tolerance, bodies[pair.pair.b].kind->def.tolerance);
+    return measured;
+}
+
+template <class S>
 void World<S>::Impl::measure() {
     std::vector<PairContacts<S>>& pairs = contacts.pairs();
-    measured_.resize(pairs.size());
-    parallelFor(*jobs, pairs.size(), 64, [&](std::size_t k) {
-        PairContacts<S>& pair = pairs[k];
-        Measured& measured = measured_[k];
-        measured.points = pair.pointCount();
-        measured.island = std::max(islands.of(pair.pair.a), islands.of(pair.pair.b));
-        if (measured.island < 0 || islandStates[static_cast<std::size_t>(measured.island)].settled) {
-            measured.island = -1;
-            return;
-        }
-        measured.depth = measurePenetration(pair);
-        measured.asked =
-            toleranceOf(def.accuracy, bodies[pair.pair.a].kind->def.tolerance, bodies[pair.pair.b].kind->def.tolerance);
-    });
     report.counts.contacts = contacts.restingPoints();
-    for (const Measured& measured : measured_) {
-        report.counts.contacts += measured.points;
-        if (measured.island >= 0) {
-            islandStates[static_cast<std::size_t>(measured.island)].solved.error.add(measured.depth, measured.asked);
+    // So many at a time: kept of each pair, it would be felt in what a body takes of memory.
+    constexpr std::size_t atOnce = 4096;
+    for (std::size_t first = 0; first < pairs.size(); first += atOnce) {
+        measured_.resize(std::min(atOnce, pairs.size() - first));
+        parallelFor(*jobs, measured_.size(), 64, [&](std::size_t k) { measured_[k] = measure(pairs[first + k]); });
+        for (const Measured& measured : measured_) {
+            report.counts.contacts += measured.points;
+            if (measured.island >= 0) {
+                islandStates[static_cast<std::size_t>(measured.island)].solved.error.add(measured.depth,
+                                                                                         measured.asked);
+            }
         }
     }
     totals_ = {};

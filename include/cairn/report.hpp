@@ -24,7 +24,7 @@ struct StepError {
 };
 
 // Why an island's step was solved as it was.
-enum class PlanReason {
+enum class PlanReason : std::uint8_t {
     Asked,       // by the solver that the world's definition names
     Exact,       // auto: its factor is within the bound
     TooLarge,    // auto: swept, since its factor is not
@@ -43,6 +43,7 @@ struct IslandReport {
     int rows = 0;
     // Nothing in it changes: it was not solved again, and all that is said of it is what the last solution said.
     bool settled = false;
+    bool swept = false;  // whether sweeps had a part in it
     PlanReason reason = PlanReason::Asked;
     int substeps = 1;      // that were taken, over all subdivisions
     int halvings = 0;      // of a sub-step, because the solver refused one as too long
@@ -51,7 +52,6 @@ struct IslandReport {
     // Solutions tried: until one was within what AccuracyDef asks; where it asks nothing, a second one with the
     // contacts that the first ran into.
     int solves = 1;
-    bool swept = false;             // whether sweeps had a part in it
     double position = 0;            // m, as StepError's
     double velocity = 0;            // m/s
     double overTolerance = 0;       // worst error over what was asked; above 1: not reached. 0 where nothing was asked

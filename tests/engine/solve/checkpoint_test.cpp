@@ -23,12 +23,12 @@ TEST(Checkpoint, PutsBackBodiesForcesAndDecisions) {
     ControllerState state{.halvings = 2,
                           .backoff = 4,
                           .sweepSteps = 3,
-                          .directWork = 100,
                           .refinement = 1,
                           .calmSteps = 5,
-                          .substep = 0.25,
                           .slowSteps = 6,
                           .settleAfter = 16,
+                          .directWork = 100,
+                          .substep = 0.25,
                           .position = 1e-4,
                           .work = 50};
     const StepCheckpoint<double> start(tables, {}, problem, state);
