@@ -2,9 +2,9 @@
 # them. Whoever works on a file leaves it off: a change of one would compile its neighbours too.
 #   cairn_unity(TARGET SIZE)    with CAIRN_UNITY=ON, SIZE files of TARGET at a time
 # What two files of a target name alike in their anonymous namespaces is defined twice then: name it otherwise, put it
-# into a header that both include, or leave one out by SKIP_UNITY_BUILD_INCLUSION. Not for tests, whose files name the
-# same small things alike, and of which there are new ones every day.
-option(CAIRN_UNITY "Compile demos and command several files at a time (the preset ci)" OFF)
+# into a header that both include, or leave one out by SKIP_UNITY_BUILD_INCLUSION. Files with compile options of their
+# own are left out anyway.
+option(CAIRN_UNITY "Compile several files at a time (the preset ci)" OFF)
 
 function(cairn_unity target size)
     if(CAIRN_UNITY)

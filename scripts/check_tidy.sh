@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Runs clang-tidy, with the checks of .clang-tidy, on sources; prints findings only.
 #   scripts/check_tidy.sh [--alone] [folder or file...]    default: the folders below that exist, which are all but tests and bench
-# Files of the libraries are looked at one by one, so that what leans on another file's includes is found out; those of
-# demos and command several at a time (CAIRN_UNITY), which takes a fifth of the time. --alone: those one by one
-# too; a file that is named always is. What was found clean and has not changed is not looked at again
+# Files are looked at several at a time (CAIRN_UNITY), which takes a fraction of the time. --alone: one by one, so that
+# what leans on another file's includes is found out; a file that is named always is, and so are those with compile
+# options of their own. What was found clean and has not changed is not looked at again
 # (scripts/run_tidy.py; CAIRN_TIDY_CACHE= looks at everything).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

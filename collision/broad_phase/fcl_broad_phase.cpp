@@ -37,14 +37,6 @@ void checkBox(const Aabb& box) {
     CAIRN_CHECK((box.min.array() <= box.max.array()).all(), "a box must be ordered and free of NaN");
 }
 
-// What one job of an update finds, and its room to work in; on cache lines of its own.
-struct alignas(64) Finder {
-    std::vector<ProxyPair> ahead;   // of who asks with a higher id: in order
-    std::vector<ProxyPair> behind;  // of who asks with a lower id: in the order of b
-    std::vector<const Node*> open;
-    std::vector<std::uint64_t> marks;  // a bit for each id; all 0 between calls
-};
-
 // The order of pairs in one comparison, as an update makes some for every pair there is; no function, as sorting would
 // call that by its address.
 constexpr auto inOrder = [](const ProxyPair& p, const ProxyPair& q) {
@@ -68,6 +60,14 @@ void mergeInto(std::vector<ProxyPair>& into, const std::vector<ProxyPair>& more)
 }  // namespace
 
 struct BroadPhase::Impl {
+    // What one job of an update finds, and its room to work in; on cache lines of its own.
+    struct alignas(64) Finder {
+        std::vector<ProxyPair> ahead;   // of who asks with a higher id: in order
+        std::vector<ProxyPair> behind;  // of who asks with a lower id: in the order of b
+        std::vector<const Node*> open;
+        std::vector<std::uint64_t> marks;  // a bit for each id; all 0 between calls
+    };
+
     double margin;
     std::function<bool(ProxyId, ProxyId)> mayCollide;
     // By id.

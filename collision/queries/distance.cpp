@@ -3,14 +3,13 @@
 #include "collision/narrow_phase/pairs.hpp"
 #include "collision/queries/ray.hpp"
 #include "collision/shapes/box_walk.hpp"
+#include "collision/shapes/constants.hpp"
 #include "collision/shapes/hull.hpp"
 
 #include <cmath>
 
 namespace cairn {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // In the frame of the first shape.
 struct Near {

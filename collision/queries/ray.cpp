@@ -2,6 +2,7 @@
 
 #include "base/base.hpp"
 #include "collision/queries/ray.hpp"
+#include "collision/shapes/constants.hpp"
 #include "collision/shapes/hull.hpp"
 #include "collision/shapes/triangles.hpp"
 
@@ -10,8 +11,6 @@
 
 namespace cairn {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // The part of a line that lies in a convex solid, and the normal where it is entered.
 struct Stretch {

@@ -1,6 +1,7 @@
 #include "collision/queries/time_of_impact.hpp"
 #include "collision/narrow_phase/pairs.hpp"
 #include "collision/shapes/box_walk.hpp"
+#include "collision/shapes/constants.hpp"
 #include "collision/shapes/hull.hpp"
 
 #include <cmath>
@@ -8,7 +9,6 @@
 namespace cairn {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 // Searches for a direction before a pair is given up as met where it stands; 1000 random shots need 40 at most.
 constexpr int searchLimit = 200;
 // Steps along one direction before the next search: a support costs a tenth of a search.

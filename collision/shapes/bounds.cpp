@@ -2,18 +2,16 @@
 
 #include "base/base.hpp"
 #include "collision/shapes/collision_mesh.hpp"
+#include "collision/shapes/constants.hpp"
 #include "collision/shapes/height_field.hpp"
 #include "collision/shapes/hull.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace cairn {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Aabb around(const Vec3d& centre, const Vec3d& halfExtents) {
     return {centre - halfExtents, centre + halfExtents};

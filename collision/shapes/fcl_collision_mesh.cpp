@@ -1,6 +1,7 @@
 #include "base/base.hpp"
 #include "collision/shapes/box_walk.hpp"
 #include "collision/shapes/collision_mesh.hpp"
+#include "collision/shapes/constants.hpp"
 #include "collision/shapes/fcl_layout.hpp"
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -17,8 +18,6 @@ namespace {
 
 // Vertices closer than this, and triangles lower than this, relative to the mesh's size, are one point or no triangle.
 constexpr double weldTolerance = 1e-9;
-// Convex edges flatter than this are no obstacle worth a contact of their own.
-const double cosFlat = std::cos(std::numbers::pi / 180);
 
 void checkMesh(const TriangleMesh& mesh) {
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {

@@ -1,10 +1,10 @@
 #include "collision/shapes/height_field.hpp"
 #include "base/base.hpp"
 #include "collision/shapes/box_walk.hpp"
+#include "collision/shapes/constants.hpp"
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace cairn {
 
@@ -12,9 +12,6 @@ namespace {
 
 // Cells along a side of a tile: 64 cells share one pair of heights, 2 % of the memory of the heights.
 constexpr int tileCells = 8;
-// As in fcl_collision_mesh.cpp: convex edges flatter than a degree are no obstacle.
-const double cosFlat = std::cos(std::numbers::pi / 180);
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // Squares of a grid, by their number along x and z.
 struct Squares {

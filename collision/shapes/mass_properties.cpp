@@ -1,17 +1,15 @@
 #include <cairn/shapes.hpp>
 
 #include "base/base.hpp"
+#include "collision/shapes/constants.hpp"
 #include "collision/shapes/hull.hpp"
 #include "collision/shapes/validate.hpp"
 
 #include <cmath>
-#include <numbers>
 
 namespace cairn {
 
 namespace {
-
-constexpr double pi = std::numbers::pi;
 
 // Unit density, in the shape's frame.
 struct Solid {

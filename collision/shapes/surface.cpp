@@ -2,17 +2,16 @@
 
 #include "base/base.hpp"
 #include "collision/shapes/collision_mesh.hpp"
+#include "collision/shapes/constants.hpp"
 #include "collision/shapes/height_field.hpp"
 #include "collision/shapes/hull.hpp"
 
 #include <cmath>
-#include <numbers>
 
 namespace cairn {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
 // A circle of 100 pixels across cut in 32 departs from round by a quarter of a pixel.
 constexpr int around = 32;
 constexpr int quarter = around / 4;

@@ -44,7 +44,7 @@ void expectSound(const Hull& hull, const std::vector<Vec3d>& points, double tole
     }
 }
 
-class Chance {
+class RandomPoints {
 public:
     Vec3d inCube() { return {uniform_(engine_), uniform_(engine_), uniform_(engine_)}; }
     Vec3d onSphere() {
@@ -73,7 +73,7 @@ std::vector<Vec3d> cubeCorners() {
 
 TEST(ConvexHull, CubeHasSixSquareFaces) {
     std::vector<Vec3d> points = cubeCorners();
-    Chance chance;
+    RandomPoints chance;
     for (int i = 0; i < 100; ++i) {
         points.push_back(0.49 * chance.inCube());  // inside
     }
@@ -94,7 +94,7 @@ TEST(ConvexHull, CubeHasSixSquareFaces) {
 }
 
 TEST(ConvexHull, TurnedAndRoundedToFloatACubeKeepsSixFaces) {
-    Chance chance;
+    RandomPoints chance;
     for (int round = 0; round < 200; ++round) {
         const Quatd turn = chance.rotation();
         const double size = std::pow(10.0, round % 5 - 1);  // 0.1 m to 1 km
@@ -124,7 +124,7 @@ TEST(ConvexHull, PrismHasItsVolume) {
 }
 
 TEST(ConvexHull, SpheresOfRandomPoints) {
-    Chance chance;
+    RandomPoints chance;
     for (const int count : {4, 5, 10, 30, 100, 300, 1000}) {
         std::vector<Vec3d> points;
         for (int i = 0; i < count; ++i) {
@@ -139,7 +139,7 @@ TEST(ConvexHull, SpheresOfRandomPoints) {
 }
 
 TEST(ConvexHull, CloudsOfRandomPoints) {
-    Chance chance;
+    RandomPoints chance;
     for (int round = 0; round < 200; ++round) {
         std::vector<Vec3d> points;
         const Vec3d stretch(1, 0.3, std::pow(10.0, -(round % 3)));
@@ -176,7 +176,7 @@ TEST(ConvexHull, FarFromTheOrigin) {
 }
 
 TEST(ConvexHull, SimplifiedStaysInsideAndClose) {
-    Chance chance;
+    RandomPoints chance;
     std::vector<Vec3d> points;
     for (int i = 0; i < 500; ++i) {
         points.push_back(chance.onSphere());
@@ -205,7 +205,7 @@ std::string refusalOf(const std::vector<Vec3d>& points, int maxVertices = 0) {
 }
 
 TEST(ConvexHull, PointsWithoutVolumeAreRefused) {
-    Chance chance;
+    RandomPoints chance;
     const Quatd turn = chance.rotation();
     std::vector<Vec3d> plane;
     std::vector<Vec3d> line;

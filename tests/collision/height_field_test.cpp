@@ -8,11 +8,9 @@
 namespace cairn {
 namespace {
 
-using truth::ask;
+using truth::uniform;
 
-double uniform(std::mt19937& random, double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-}
+using truth::ask;
 
 std::vector<double> wavy(int columns, int rows, bool holes) {
     std::vector<double> heights;

@@ -2,6 +2,8 @@
 // What the narrow phase is judged by beside exact_overlap.hpp: signed distances, written from the definitions.
 #include "command/studies/exact_overlap.hpp"
 
+#include <random>
+
 namespace cairn::truth {
 
 // How far outside a surface a point of the shape frame is, by a level set that is zero on the surface and has slope
@@ -50,6 +52,10 @@ inline std::vector<Manifold> ask(const Shape& a, const Shape& b, const Posed& aF
 
 inline Posed at(const Vec3d& position, const Vec3d& turn = Vec3d::Zero()) {
     return {position, expQuat<double>(turn)};
+}
+
+inline double uniform(std::mt19937& random, double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
 }
 
 }  // namespace cairn::truth

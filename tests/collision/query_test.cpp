@@ -6,11 +6,9 @@
 namespace cairn {
 namespace {
 
-using truth::at;
+using truth::uniform;
 
-double uniform(std::mt19937& random, double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-}
+using truth::at;
 
 Vec3d uniformPoint(std::mt19937& random, double reach) {
     return {uniform(random, -reach, reach), uniform(random, -reach, reach), uniform(random, -reach, reach)};

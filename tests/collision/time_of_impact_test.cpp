@@ -7,9 +7,7 @@
 namespace cairn {
 namespace {
 
-double uniform(std::mt19937& random, double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-}
+using truth::uniform;
 
 // A wall 1 cm thick across x = 0, as a box, as two sheets of triangles, as a height field and as a compound.
 struct Wall {

@@ -7,7 +7,7 @@
 namespace cairn {
 namespace {
 
-constexpr double dt = 1.0 / 60;
+constexpr double sixtieth = 1.0 / 60;
 constexpr int cells = 24;      // along a side of the ground
 constexpr double cell = 0.25;  // m
 
@@ -78,7 +78,7 @@ void checkTriangles(const std::string& what, const Shape& ground, double bound, 
     std::set<int> underCrate;
     double worst = 0;
     for (int step = 0; step < 90; ++step) {
-        world.step(dt);
+        world.step(sixtieth);
         for (const ContactView& contact : world.contacts()) {
             const bool isBall = contact.a == ball;
             ASSERT_TRUE(isBall ? contact.b == floor : contact.a == floor && contact.b == crate);
@@ -157,7 +157,7 @@ TEST(ContactViews, OnAnEdgeTheTriangleThatFacesTheContact) {
         world.add({.type = BodyType::Static, .shapes = {shape}});
         const Vec3d away(std::sin(lean), std::cos(lean), 0);
         world.add({.shapes = {sphere(0.2)}, .position = Vec3d(0, 1, 0.1) + 0.2 * away, .mass = 1});
-        world.step(dt);
+        world.step(sixtieth);
         ASSERT_EQ(world.contacts().size(), 1U);
         const int index = world.contacts().front().triangleA;
         EXPECT_TRUE(lean < 0 ? index == 1 || index == 0 : index == 2 || index == 3) << index;
@@ -175,7 +175,7 @@ TEST(ContactViews, AnEndedContactTellsItsTriangleToo) {
                                    .mass = 1});
     bool ended = false;
     for (int step = 0; step < 10 && !ended; ++step) {
-        world.step(dt);
+        world.step(sixtieth);
         for (const ContactView& contact : world.contacts()) {
             ended = ended || contact.isOver;
             EXPECT_GE(contact.triangleA, 0);
