@@ -183,26 +183,28 @@ void Islands<S>::findDriven(const BodyTable<S>& bodies, const AwakeSet& awake, c
 }
 
 template <class S>
-std::vector<std::vector<std::uint32_t>> Islands<S>::updateSleep(BodyTable<S>& bodies, const SleepDef& sleep,
-                                                                double dt) {
-    std::vector<std::vector<std::uint32_t>> asleep;
-    for (const Island& island : awake_) {
-        bool rests = sleep.enabled;
-        for (const std::uint32_t i : island.bodies) {
-            Body<S>& body = bodies[i];
-            const double moved = static_cast<double>((body.pose.position - body.restPosition).norm());
-            const auto turned = [&] {
-                const Quat<S> rested = body.restRotation.template cast<S>();
-                return static_cast<double>(logQuat<S>(body.pose.rotation * rested.conjugate()).norm());
-            };
-            if (moved > sleep.distance || moved + turned() * body.kind->radius > sleep.distance) {
-                body.beginRest();
-            } else {
-                body.restTime += dt;
-            }
-            rests = rests && body.kind->def.canSleep && body.restTime >= sleep.time;
+std::vector<std::vector<std::uint32_t>> Islands<S>::updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt,
+                                                                JobSystem& jobs) {
+    constexpr std::size_t grain = 256;
+    parallelFor(jobs, bodyList_.size(), grain, [&](std::size_t k) {
+        Body<S>& body = bodies[bodyList_[k]];
+        const double moved = static_cast<double>((body.pose.position - body.restPosition).norm());
+        const auto turned = [&] {
+            const Quat<S> rested = body.restRotation.template cast<S>();
+            return static_cast<double>(logQuat<S>(body.pose.rotation * rested.conjugate()).norm());
+        };
+        if (moved > sleep.distance || moved + turned() * body.kind->radius > sleep.distance) {
+            body.beginRest();
+        } else {
+            body.restTime += dt;
         }
-        if (rests && !island.isDriven) {
+    });
+    std::vector<std::vector<std::uint32_t>> asleep;
+    const auto isTired = [&](std::uint32_t i) {
+        return bodies[i].kind->def.canSleep && bodies[i].restTime >= sleep.time;
+    };
+    for (const Island& island : awake_) {
+        if (sleep.enabled && !island.isDriven && std::all_of(island.bodies.begin(), island.bodies.end(), isTired)) {
             asleep.emplace_back(island.bodies.begin(), island.bodies.end());
         }
     }

@@ -57,7 +57,8 @@ public:
     const std::map<std::uint32_t, LockState<S>>& locks() const { return locks_; }  // by body, of those that were awake
 
     // The bodies of each island that may fall asleep: all have stayed within `sleep.distance` for `sleep.time`.
-    std::vector<std::vector<std::uint32_t>> updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt);
+    std::vector<std::vector<std::uint32_t>> updateSleep(BodyTable<S>& bodies, const SleepDef& sleep, double dt,
+                                                        JobSystem& jobs);
 
     void forget(std::uint32_t body) { locks_.erase(body); }  // it left the world
 

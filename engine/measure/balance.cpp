@@ -278,16 +278,18 @@ void Balance<S>::addContacts(const Problem<S>& problem, S h, bool balance, Sums&
 
 template <class S>
 void Balance<S>::storeResiduals(Problem<S>& problem, const Sums& sums, SolveReport& report) {
-    S squared = 0;
-    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
-        SolverBody<S>& body = problem.bodies[i];
-        if (body.fixed) {
-            continue;
+    const S squared = problem.sum(problem.bodies.size(), S(0), [&](std::size_t begin, std::size_t end) {
+        S part = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            SolverBody<S>& body = problem.bodies[i];
+            if (!body.fixed) {
+                const S own = sums.momentumResidual[i].dot(body.applyInverseMass(sums.momentumResidual[i]));
+                body.momentumResidual = std::max(body.momentumResidual, std::sqrt(own));
+                part += own;
+            }
         }
-        const S own = sums.momentumResidual[i].dot(body.applyInverseMass(sums.momentumResidual[i]));
-        body.momentumResidual = std::max(body.momentumResidual, std::sqrt(own));
-        squared += own;
-    }
+        return part;
+    });
     const double whole = static_cast<double>(sums.defect.norm());
     const double residual = static_cast<double>(std::sqrt(squared));
     report.momentumDefect += whole;

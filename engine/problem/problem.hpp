@@ -104,6 +104,11 @@ struct Problem {
     // The bodies as they were when the step began, and the sub-step if it is a later one.
     std::vector<SolverBody<S>> atStep;
     std::vector<SolverBody<S>> atSubstep;
+    // Keeps them as they are now, in one of those.
+    void keepBodies(std::vector<SolverBody<S>>& as) const {
+        as.resize(bodies.size());
+        forEach(bodies.size(), [&](std::size_t i) { as[i] = bodies[i]; });
+    }
 
     // Rows of this sub-step: joints first, then locks, then rolls, then contact points, a block each; or, for solvers
     // that know contacts in short, without the latter.

@@ -95,7 +95,7 @@ SolveReport StepController<S>::advance(const Course& course, double maxWork) {
     const double worth = std::min(maxWork, problem_.plan.maxWork);
     limits.isByPlan = worth < maxWork;
     if (!course.isFirst && mayBeginAnew(problem_.plan)) {
-        problem_.atSubstep = problem_.bodies;
+        problem_.keepBodies(problem_.atSubstep);
     }
     limits.isFirst = course.isFirst;
     limits.isLast = course.left == 1;
@@ -162,7 +162,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     problem_.plan = this->plan(dt);
     const StepPlan& plan = problem_.plan;
     if (mayBeginAnew(plan)) {
-        problem_.atStep = problem_.bodies;
+        problem_.keepBodies(problem_.atStep);
     }
     const bool guards = plan.guard != Guard::None;
     const bool mayAnew = guards || impactsMayAskForHalvings(problem_);

@@ -83,7 +83,7 @@ void World<S>::Impl::move(S dt) {
     report.times.narrowPhase += stages.end();
 
     measure();
-    fallAsleep(islands.updateSleep(bodies, def.sleep, static_cast<double>(dt)));
+    fallAsleep(islands.updateSleep(bodies, def.sleep, static_cast<double>(dt), *jobs));
     countAndClose(static_cast<double>(dt));
     stages.end();
     report.times.total = stages.all();
@@ -279,11 +279,15 @@ void World<S>::Impl::restoreNonFinite(const Island& island) {
 
 template <class S>
 double World<S>::Impl::loadOf(const Island& island) const {
-    double rows = static_cast<double>(island.bodies.size() + 3 * island.joints.size());
-    for (const std::uint32_t p : island.pairs) {
-        rows += 3 * contacts.pairs()[p].pointCount();
-    }
-    return rows;
+    constexpr std::size_t chunk = 512;
+    const int points = parallelSum(*jobs, island.pairs.size(), chunk, 0, [&](std::size_t begin, std::size_t end) {
+        int sum = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            sum += contacts.pairs()[island.pairs[k]].pointCount();
+        }
+        return sum;
+    });
+    return static_cast<double>(island.bodies.size() + 3 * island.joints.size()) + 3 * points;
 }
 
 template <class S>

@@ -62,12 +62,13 @@ void ContactLanes<S>::forColours(const Problem<S>& problem, const Visit& visit) 
 }
 
 template <class S>
-void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* contacts, std::size_t count) {
-    Pack& pack = packs_.emplace_back();
-    if (packs_.size() > 1) {
-        const Pack& last = packs_[packs_.size() - 2];
-        pack.firstRow = last.firstRow + last.count;
-    }
+void ContactLanes<S>::fillPack(const Problem<S>& problem, std::size_t n) {
+    Pack& pack = packs_[n];
+    const std::uint32_t* const contacts = order_.data() + firstOf_[n];
+    const std::size_t count = firstOf_[n + 1] - firstOf_[n];
+    pack.isRound = false;
+    pack.movesA = 0;
+    pack.movesB = 0;
     for (std::size_t lane = 0; lane < Pack::width; ++lane) {
         const bool isFull = lane < count;
         const ProblemContact<S>& contact = problem.contacts[contacts[isFull ? lane : 0]];
@@ -79,9 +80,8 @@ void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* co
         pack.firstRound[lane] = contact.firstRound;
         pack.isRound = pack.isRound || contact.firstRound >= 0;
         if (isFull) {
-            laneOf_[contacts[lane]] = static_cast<std::uint32_t>((packs_.size() - 1) * Pack::width + lane);
+            laneOf_[contacts[lane]] = static_cast<std::uint32_t>(n * Pack::width + lane);
         }
-        pack.count = std::max<std::uint32_t>(pack.count, pack.points[lane]);
         const auto moves = [&](int body) {
             return isFull && problem.bodies[static_cast<std::size_t>(body)].inverseMass > S(0) ? 1U << lane : 0U;
         };
@@ -92,15 +92,13 @@ void ContactLanes<S>::addPack(const Problem<S>& problem, const std::uint32_t* co
 
 template <class S>
 void ContactLanes<S>::layOut(const Problem<S>& problem) {
-    packs_.clear();
-    // As many as there are if each colour fills its lanes.
-    packs_.reserve(problem.contacts.size() / Pack::width + problem.contactColours.size());
+    order_.clear();
+    firstOf_.clear();
     ends_.clear();
-    resizeClosely(laneOf_, problem.contacts.size());
     std::size_t begin = 0;
     for (std::size_t k = 0; k < problem.contactColours.size(); ++k) {
         const std::size_t end = problem.contactColours[k];
-        order_.clear();
+        const std::size_t first = order_.size();
         // Those with as many points beside each other, so that few lanes stay empty.
         for (int count = 4; count > 0; --count) {
             for (std::size_t c = begin; c < end; ++c) {
@@ -111,19 +109,28 @@ void ContactLanes<S>::layOut(const Problem<S>& problem) {
         }
         const bool isColour = k + 1 < problem.contactColours.size();
         if (!isColour) {
-            std::sort(order_.begin(), order_.end());
+            std::sort(order_.begin() + static_cast<std::ptrdiff_t>(first), order_.end());
         }
         const std::size_t step = isColour ? Pack::width : 1;
-        for (std::size_t n = 0; n < order_.size(); n += step) {
-            addPack(problem, order_.data() + n, std::min(step, order_.size() - n));
+        for (std::size_t n = first; n < order_.size(); n += step) {
+            firstOf_.push_back(static_cast<std::uint32_t>(n));
         }
-        ends_.push_back(packs_.size());
+        ends_.push_back(firstOf_.size());
         begin = end;
     }
-    resizeClosely(frames_, packs_.size());
-    const std::size_t rows = packs_.empty() ? 0 : packs_.back().firstRow + packs_.back().count;
+    resizeClosely(packs_, firstOf_.size());
+    resizeClosely(frames_, firstOf_.size());
+    std::uint32_t rows = 0;
+    for (std::size_t n = 0; n < packs_.size(); ++n) {
+        packs_[n].firstRow = rows;
+        packs_[n].count = static_cast<std::uint32_t>(problem.contacts[order_[firstOf_[n]]].count);
+        rows += packs_[n].count;
+    }
+    firstOf_.push_back(static_cast<std::uint32_t>(order_.size()));
     resizeClosely(points_, rows);
     resizeClosely(given_, rows);
+    resizeClosely(laneOf_, problem.contacts.size());
+    changes_.assign(problem.contacts.size(), S(0));
 }
 
 template <class S>
@@ -175,7 +182,10 @@ void ContactLanes<S>::place(Problem<S>& problem) {
                                 [](const auto& contact) { return contact.friction != contact.staticFriction; });
         placements_.assign(bodyPlaces * (problem.bodies.size() + 1), S(0));
         Eigen::Map<Mat3<S>>(placements_.data() + bodyPlaces * problem.bodies.size()).setIdentity();
-        problem.forEach(packs_.size(), [&](std::size_t n) { fill(problem, n); });
+        problem.forEach(packs_.size(), [&](std::size_t n) {
+            fillPack(problem, n);
+            fill(problem, n);
+        });
     }
     problem.forEach(problem.bodies.size(), [&](std::size_t i) {
         const Placement<S> placement(problem.bodies[i].pose);
@@ -314,14 +324,13 @@ void ContactLanes<S>::scale(const Problem<S>& problem, S share) {
 
 template <class S>
 S ContactLanes<S>::sweep(const Problem<S>& problem, S* twists, S relaxation, S change) {
-    terms_.assign(problem.contacts.size(), S(0));
     forColours(problem, [&](std::size_t begin, std::size_t end) {
-        contactKernels<S>().sweep(view(problem, twists), begin, end, relaxation, terms_.data());
+        contactKernels<S>().sweep(view(problem, twists), begin, end, relaxation, changes_.data());
     });
-    return problem.sum(terms_.size(), change, [&](std::size_t begin, std::size_t end) {
+    return problem.sum(changes_.size(), change, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
         for (std::size_t c = begin; c < end; ++c) {
-            sum += terms_[c];
+            sum += changes_[c];
         }
         return sum;
     });

@@ -38,9 +38,10 @@ private:
     using Pack = ContactPack<S>;
     using Row = PointPack<S>;
 
-    // Packs by colour; of what found none, one by one.
+    // Which contacts are a pack, colour by colour; what found none is one by itself.
     void layOut(const Problem<S>& problem);
-    void addPack(const Problem<S>& problem, const std::uint32_t* contacts, std::size_t count);
+    // What a pack has for the whole step: whose it is; frames, and no impulses.
+    void fillPack(const Problem<S>& problem, std::size_t pack);
     void fill(const Problem<S>& problem, std::size_t pack);
     bool isLaidOut(const Problem<S>& problem) const;
     // Calls visit(pack, lane, row among points_).
@@ -79,10 +80,12 @@ private:
     std::vector<std::size_t> ends_;         // of the colours, among packs_
     std::array<std::size_t, 3> laidOut_{};  // bodies, contacts and points of the problem
     bool rubsAnew_ = false;                 // what sticks has another friction: looked at in every sub-step
-    std::vector<std::uint32_t> order_;
-    std::vector<std::uint32_t> laneOf_;  // by contact, of all lanes of the packs
-    std::vector<S> terms_;               // by contact or by point: what is summed in the order of the problem
-    std::vector<S> sum_;                 // of impulses, three a point
+    std::vector<std::uint32_t> order_;      // contacts, pack by pack
+    std::vector<std::uint32_t> firstOf_;    // by pack, in order_; and its end
+    std::vector<std::uint32_t> laneOf_;     // by contact, of all lanes of the packs
+    std::vector<S> terms_;                  // by point: what is summed in the order of the problem
+    std::vector<S> changes_;                // likewise by contact; 0 of those without points
+    std::vector<S> sum_;                    // of impulses, three a point
     const S* masses_ = nullptr;
 };
 
