@@ -47,14 +47,24 @@ public:
         counts_.resize(std::max(counts_.size(), bodies.slotCount()));
     }
 
-    // Most worlds are told by the ids alone.
+    // Most worlds are told by the ids alone, and most pairs by the first of them: the list is in order.
     bool mayBe() {
-        for (const ProxyPair& pair : near_) {
-            ++counts_[pair.a].moving;
-            ++counts_[pair.b].moving;
-        }
-        const bool any =
-            std::any_of(near_.begin(), near_.end(), [&](const ProxyPair& pair) { return areMany(pair, Kind::Moving); });
+        const auto forRuns = [&](const auto& visit) {
+            for (auto begin = near_.begin(); begin != near_.end();) {
+                const auto end = std::find_if(begin, near_.end(), [&](const auto& pair) { return pair.a != begin->a; });
+                visit(begin, end);
+                begin = end;
+            }
+        };
+        forRuns([&](auto begin, auto end) {
+            counts_[begin->a].moving += static_cast<int>(end - begin);
+            std::for_each(begin, end, [&](const ProxyPair& pair) { ++counts_[pair.b].moving; });
+        });
+        bool any = false;
+        forRuns([&](auto begin, auto end) {
+            any = any || (counts_[begin->a].moving > mostDeepNeighbours &&
+                          std::any_of(begin, end, [&](const auto& pair) { return areMany(pair, Kind::Moving); }));
+        });
         clear();
         return any;
     }
