@@ -1,7 +1,10 @@
-// A step in a steady state asks for no memory. Counted are calls of operator new; bench/core counts those of malloc.
+// A step in a steady state asks for no memory, and what has settled gives back what its solution took. Counted are
+// calls of operator new; bench/core counts those of malloc.
 #include "tests/engine/engine_kit.hpp"
 
 #include <gtest/gtest.h>
+
+#include <malloc.h>
 
 #include <atomic>
 #include <new>
@@ -9,6 +12,7 @@
 namespace {
 
 std::atomic<long> allocations = 0;
+std::atomic<long> inUse = 0;  // bytes
 
 void* allocate(std::size_t size, std::size_t alignment) {
     allocations.fetch_add(1, std::memory_order_relaxed);
@@ -18,11 +22,13 @@ void* allocate(std::size_t size, std::size_t alignment) {
     if (room == nullptr) {
         throw std::bad_alloc();
     }
+    inUse.fetch_add(static_cast<long>(malloc_usable_size(room)), std::memory_order_relaxed);
     return room;
 }
 
 // Not inlined: g++ would see a free() of what a new gave, and warn of it.
 [[gnu::noinline]] void release(void* room) {
+    inUse.fetch_sub(static_cast<long>(malloc_usable_size(room)), std::memory_order_relaxed);
     std::free(room);
 }
 
@@ -92,6 +98,33 @@ TEST(Allocations, APyramidThatRestsAsksForNone) {
     }
     EXPECT_EQ(allocationsOf(world, 120), 0);
     EXPECT_EQ(world.report().counts.settledIslands, 1);
+}
+
+TEST(Allocations, WhatHasSettledGivesBackWhatItsSolutionTook) {
+    Worldd world({.sleep = {.enabled = false}});
+    addFloor(world);
+    constexpr int rows = 40;
+    for (int row = 0; row < rows; ++row) {
+        for (int i = 0; i < rows - row; ++i) {
+            addBox(world, Vec3d((i + 0.5 * row) * 1.1, 0.5 + row, 0));
+        }
+    }
+    const long built = inUse;
+    world.step(1.0 / 60);
+    const long solved = inUse - built;
+    int steps = 0;
+    while (world.report().counts.settledIslands == 0 && ++steps < 100) {
+        world.step(1.0 / 60);
+    }
+    ASSERT_LT(steps, 100);
+    for (int k = 0; k < 65; ++k) {
+        world.step(1.0 / 60);
+    }
+    EXPECT_EQ(world.report().counts.settledIslands, 1);
+    const long rested = inUse - built;
+    const int points = world.report().counts.contacts;
+    expectBelow("bytes a contact point", static_cast<double>(rested) / points, 600);
+    expectBelow("share of what it took", static_cast<double>(rested) / static_cast<double>(solved), 0.25);
 }
 
 TEST(Allocations, ASolvedStepOfBoxesUnderSweepsAsksForNone) {
