@@ -160,7 +160,8 @@ constexpr const char* legend = R"(
 Times in ms a step: the first by itself; mean, median, p99 and worst over the others; late and least: mean and fastest
 of the last quarter, when things have come to rest. Of one thread the CPU's time, of more (or of a list of them) the clock's.
 KB/body: resident memory that the world holds at the end, over all its bodies; what it has freed is trimmed first.
-B/point: what it holds beyond the same bodies apart, over the contact points at the end. allocs: calls of malloc and its kin a step of the last quarter, one thread.
+B/point: what it holds beyond the same bodies apart, over the contact points at the end. allocs: calls of malloc and its
+kin a step of the last quarter, one thread.
 says: the deepest penetration that a step reported. depth: the deepest overlap of two bodies, from their shapes and poses;
 moved: how far a body is at the end from where it began; both with --look alone, from a run of their own.
 gap: the widest open joint, measured on the poses. flags: steps not ok().
