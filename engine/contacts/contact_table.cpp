@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 #include <optional>
 
 namespace cairn {
@@ -26,7 +25,7 @@ template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies,
                              const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
     crowded_ = leaveOutCrowds(found, bodies, jobs, near_, crowd_);
-    follow(crowded_ > 0 ? near_ : found, bodies, jobs);
+    follow(crowded_ > 0 ? near_ : found, bodies);
     collide(bodies, speculative, jobs, onlyChanged);
     cull(bodies, jobs);
 }
@@ -92,39 +91,34 @@ PairContacts<S> ContactTable<S>::taken(const ProxyPair& pair) {
 }
 
 template <class S>
-void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, JobSystem& jobs) {
+void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies) {
     if (!std::equal(pairs_.begin(), pairs_.end(), near.begin(), near.end(),
                     [](const PairContacts<S>& old, const ProxyPair& pair) { return old.pair == pair; })) {
-        constexpr std::size_t came = std::numeric_limits<std::size_t>::max();
-        placeBefore_.resize(near.size());
-        std::size_t old = 0;
-        for (std::size_t k = 0; k < near.size(); ++k) {
-            for (; old < pairs_.size() && pairs_[old].pair < near[k]; ++old) {
-                leave(pairs_[old], bodies);
+        // Those that stay close up, and from the end on make room for those that came.
+        std::size_t staying = 0;
+        auto pair = near.begin();
+        for (PairContacts<S>& old : pairs_) {
+            while (pair != near.end() && *pair < old.pair) {
+                ++pair;
             }
-            const bool stays = old < pairs_.size() && pairs_[old].pair == near[k];
-            placeBefore_[k] = stays ? old++ : came;
-        }
-        for (; old < pairs_.size(); ++old) {
-            leave(pairs_[old], bodies);
-        }
-        resizeClosely(next_, near.size());
-        constexpr std::size_t grain = 256;
-        parallelFor(jobs, near.size(), grain, [&](std::size_t k) {
-            if (placeBefore_[k] != came) {
-                next_[k] = std::move(pairs_[placeBefore_[k]]);
-            }
-        });
-        for (std::size_t k = 0; k < near.size(); ++k) {
-            if (placeBefore_[k] == came) {
-                next_[k] = taken(near[k]);
+            if (pair == near.end() || *pair != old.pair) {
+                leave(old, bodies);
+            } else if (PairContacts<S>& place = pairs_[staying++]; &place != &old) {
+                place = std::move(old);
             }
         }
-        pairs_.swap(next_);
+        pairs_.resize(staying);
+        resizeClosely(pairs_, near.size());
+        for (std::size_t k = near.size(); k > staying;) {
+            --k;
+            if (staying > 0 && pairs_[staying - 1].pair == near[k]) {
+                pairs_[k] = std::move(pairs_[--staying]);
+            } else {
+                pairs_[k] = taken(near[k]);
+            }
+        }
         renewBackward();
-    } else if (next_.capacity() > 0) {
-        next_ = {};
-        placeBefore_ = {};
+    } else if (came_.capacity() > 0 || left_.capacity() > 0) {
         remaining_ = {};
         came_ = {};
         left_ = {};

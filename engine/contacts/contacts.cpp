@@ -113,8 +113,7 @@ void fillManifold(const Manifold& geometry, const Body<S>& a, const Body<S>& b, 
     manifold.staticFriction = combined<S>(staticFriction(materialA), staticFriction(materialB));
     manifold.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
     if (before != nullptr && before->rolling) {
-        manifold.rolling = before->rolling;
-        before->rolling->impulse.setZero();  // handed on
+        manifold.rolling = std::move(before->rolling);
     }
     const double rolling = std::max(materialA.rollingFriction, materialB.rollingFriction);
     const double spinning = std::max(materialA.spinningFriction, materialB.spinningFriction);

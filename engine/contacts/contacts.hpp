@@ -264,7 +264,7 @@ public:
 
 private:
     // Follows the list of near pairs.
-    void follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, JobSystem& jobs);
+    void follow(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies);
     void leave(PairContacts<S>& pair, const BodyTable<S>& bodies);
     // One that is near now.
     PairContacts<S> taken(const ProxyPair& pair);
@@ -278,10 +278,8 @@ private:
     void collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged);
     void cull(const BodyTable<S>& bodies, JobSystem& jobs);
 
-    std::vector<PairContacts<S>> pairs_;    // sorted
-    std::vector<PairContacts<S>> next_;     // room of follow(), where pairs come or go, and so is the next
-    std::vector<std::size_t> placeBefore_;  // in pairs_
-    std::vector<ProxyPair> near_;           // room for update()
+    std::vector<PairContacts<S>> pairs_;  // sorted
+    std::vector<ProxyPair> near_;         // room for update()
     std::vector<std::uint8_t> crowd_;
     std::vector<Gone> gone_;
     std::map<ProxyPair, PairContacts<S>> resting_;

@@ -189,11 +189,8 @@ std::vector<std::vector<std::uint32_t>> Islands<S>::updateSleep(BodyTable<S>& bo
     parallelFor(jobs, bodyList_.size(), grain, [&](std::size_t k) {
         Body<S>& body = bodies[bodyList_[k]];
         const double moved = static_cast<double>((body.pose.position - body.restPosition).norm());
-        const auto turned = [&] {
-            const Quat<S> rested = body.restRotation.template cast<S>();
-            return static_cast<double>(logQuat<S>(body.pose.rotation * rested.conjugate()).norm());
-        };
-        if (moved > sleep.distance || moved + turned() * body.kind->radius > sleep.distance) {
+        if (moved > sleep.distance ||
+            moved + static_cast<double>(body.turnSinceRest()) * body.kind->radius > sleep.distance) {
             body.beginRest();
         } else {
             body.restTime += dt;

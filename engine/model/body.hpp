@@ -47,7 +47,7 @@ struct Body {
 
     std::shared_ptr<const BodyKind<S>> kind;
     Pose<S> pose;  // of the centre of mass
-    // See restTime. In float a turn of 1e-7 rad is noise, 1e-4 of what keeps a body of a hundred metres awake.
+    // See restTime. In float it tells turns to 1e-7 rad, .1 mm at the end of a body of a kilometre.
     Quat<float> restRotation = Quat<float>::Identity();
     Vec3<S> restPosition = Vec3<S>::Zero();
     Vec3<S> v = Vec3<S>::Zero();             // m/s, of the centre of mass
@@ -71,6 +71,10 @@ struct Body {
         restTime = 0;
         restPosition = pose.position;
         restRotation = pose.rotation.template cast<float>();
+    }
+    // rad, since then: twice the change of the quaternion, which is none at all where the body stands.
+    S turnSinceRest() const {
+        return S(2) * static_cast<S>((pose.rotation.template cast<float>().coeffs() - restRotation.coeffs()).norm());
     }
     bool isDynamic() const { return type == BodyType::Dynamic; }
     // Whether no step moves it.

@@ -100,7 +100,7 @@ bool World<S>::Impl::maySettle(const Island& island, const IslandState& state, S
 template <class S>
 void World<S>::Impl::settle(const Island& island, IslandState& state, S dt) {
     state.settled = true;
-    if (++state.settledSteps == forgetAfter) {
+    if (state.settledSteps < forgetAfter && ++state.settledSteps == forgetAfter) {
         state.memory.reset();
     }
     S squared = 0;

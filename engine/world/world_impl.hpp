@@ -49,7 +49,7 @@ struct World<S>::Impl {
     std::vector<std::uint32_t> changed;  // bodies that the game has touched since the last step (Body::changed)
     double detectedFor = 0;              // s, of the step that contacts are known for
     // Steps for which solvers may keep what they took for an island that is settled: of a thousand boxes in a heap that
-    // is a megabyte of rows and five of factors.
+    // is eight megabytes of rows and five of factors.
     static constexpr int forgetAfter = 60;
     // What is kept of an island from step to step.
     struct IslandState {

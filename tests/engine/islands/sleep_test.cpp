@@ -63,6 +63,19 @@ TEST(Sleep, NotBeforeItsTime) {
     EXPECT_FALSE(world.awake(box));
 }
 
+// The turn since it came to rest is known to 1e-7 rad; of 100 km that is a centimetre.
+TEST(Sleep, OfWhatIsHuge) {
+    for (int k = 0; k < 20; ++k) {
+        Worldd world({.gravity = Vec3d::Zero()});
+        const Eigen::AngleAxisd turn(0.1 + 0.15 * k, Vec3d(1, k, 3).normalized());
+        const BodyId huge = world.add({.shapes = {box(Vec3d::Constant(1e5))}, .rotation = Quatd(turn), .mass = 1});
+        for (int step = 0; step < 60; ++step) {
+            world.step(1.0 / 60);
+        }
+        EXPECT_FALSE(world.awake(huge)) << k;
+    }
+}
+
 TEST(Sleep, NeverWhereItIsOff) {
     Worldd world({.sleep = {.enabled = false}});
     addFloor(world);
