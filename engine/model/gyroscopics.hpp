@@ -19,7 +19,8 @@ Mat3<S> inverseOf(const Mat3<S>& inertia) {
 template <class S>
 struct FreeSpin {
     Vec3<S> mean;  // rad/s
-    Vec3<S> end;   // rad/s; of the rules that carry p it is I^-1 exp(-h mean) p, what the turn leaves of p
+    Vec3<S> end;   // rad/s; of the rules that carry p it is I^-1 exp(-turn) p, what the turn leaves of p
+    Vec3<S> turn;  // rad, to where the body is at the end: h mean, but for whole turns and where it turns far
 };
 
 // Whether a rule keeps the angular momentum itself, as a vector of the world.
@@ -56,29 +57,38 @@ bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
     return w1.isZero();
 }
 
+// rad; spun no faster than that in a sub-step, a free body ends at h times its mean spin.
+template <class S>
+constexpr S turnInOne = S(0.25);
+
 // The same in parts: the error in time falls with the square of a part's turn, and one of more than about 2 rad would
-// have no or several answers.
+// have no or several answers. Of a far turn the mean is that of the parts in the body's axes: it has no more energy
+// than the spin. The one axis of the whole turn does not promise that: after 2 pi about a light axis what is left of
+// the turn may be about a heavy one.
 template <class S>
 FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
-    constexpr S maxTurn = S(0.25);
+    constexpr S farTurn = S(2);
+    constexpr S maxTurn = turnInOne<S>;
     constexpr int maxParts = 10000;  // 2500 rad; beyond, the spin stays as it is
     Vec3<S> w = w1;
     Vec3<S> next;
     if (h * w.norm() <= maxTurn && midpointEnd(inertia, w, h, next)) {
-        return {S(0.5) * (w + next), next};
+        const Vec3<S> mean = S(0.5) * (w + next);
+        return {mean, next, h * mean};
     }
     // The spin of a ball, and about a principal axis, stands however fast it is.
     const Vec3<S> p = inertia * w;
     if (w.cross(p).norm() <= S(4) * Eigen::NumTraits<S>::epsilon() * w.norm() * p.norm()) {
-        return {w1, w1};
+        return {w1, w1, h * w1};
     }
     Quat<S> turn = Quat<S>::Identity();
-    S angle = 0;  // rad, turned through so far
+    Vec3<S> way = Vec3<S>::Zero();  // rad
+    S length = 0;                   // rad
     S left = h;
     S limit = h;
     for (int part = 0; left > S(0); ++part) {
         if (part == maxParts || !(limit > S(0))) {
-            return {w1, w1};
+            return {w1, w1, h * w1};
         }
         const S step = std::min({left, limit, maxTurn / w.norm()});
         if (!midpointEnd(inertia, w, step, next)) {
@@ -87,21 +97,17 @@ FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
         }
         const Vec3<S> theta = S(0.5) * step * (w + next);
         turn = turn * expQuat(theta);
-        angle += theta.norm();
+        way += theta;
+        length += theta.norm();
         left = step == left ? S(0) : left - step;
         w = next;
     }
-    // Of all turns about the axis that end there, the one whose angle is nearest to the way that was turned.
-    const Vec3<S> shortest = logQuat<S>(turn.normalized());
-    const S length = shortest.norm();
-    if (!(length > S(0))) {
-        return {w1, w};
+    const Vec3<S> whole = logQuat<S>(turn.normalized());
+    if (length > farTurn) {
+        return {way / h, w, whole};
     }
-    constexpr S circle = S(2) * std::numbers::pi_v<S>;
-    const Vec3<S> axis = shortest / length;
-    const S sense = axis.dot(w1) < S(0) ? S(-1) : S(1);
-    const S whole = std::round((angle - sense * length) / circle);
-    return {(length + sense * whole * circle) / h * axis, w};
+    const Vec3<S> mean = whole / h;
+    return {mean, w, h * mean};
 }
 
 // Fourth-order Runge-Kutta for the turn theta (Munthe-Kaas): theta' = J_R^-1(theta) I^-1 exp(-theta) p.
@@ -117,9 +123,9 @@ FreeSpin<S> rungeKuttaSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
     const Vec3<S> k4 = rate(h * k3);
     const Vec3<S> mean = (k1 + S(2) * k2 + S(2) * k3 + k4) / S(6);
     if (!mean.allFinite()) {
-        return {w1, w1};
+        return {w1, w1, h * w1};
     }
-    return {mean, spinAt(h * mean)};
+    return {mean, spinAt(h * mean), h * mean};
 }
 
 // Theory 3.13: w2 = w1 - h I^-1 (w1 x I w1), which then is the spin of the whole sub-step. With `restored`, |I w| is
@@ -132,7 +138,7 @@ FreeSpin<S> explicitSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h, bool re
         p2 *= p1.norm() / length;
     }
     const Vec3<S> w2 = inverseOf<S>(inertia) * p2;
-    return {w2, w2};
+    return {w2, w2, h * w2};
 }
 
 template <class S>
@@ -149,7 +155,7 @@ FreeSpin<S> freeSpin(GyroscopicRule rule, const Mat3<S>& inertia, const Vec3<S>&
         case GyroscopicRule::RungeKutta:
             return rungeKuttaSpin(inertia, w1, h);
     }
-    return {w1, w1};
+    return {w1, w1, h * w1};
 }
 
 // How the mean spin of the sub-step answers an angular impulse at its start: d mean / dp, the inverse of the gyroscopic

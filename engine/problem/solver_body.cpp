@@ -116,6 +116,13 @@ void SolverBody<S>::fly(S h) {
     offset.template head<3>() -= S(0.5) * h * change.template head<3>();
     if (gyroscopic == GyroscopicRule::None) {
         offset.template tail<3>() -= S(0.5) * h * change.template tail<3>();
+    } else if (carriesMomentum(gyroscopic)) {
+        const Mat3<S> R = pose.rotation.toRotationMatrix();
+        const Vec3<S> start = localInverseInertia * (R.transpose() * ownMomentum());
+        if (h * start.norm() > turnInOne<S>) {
+            const FreeSpin<S> spin = freeSpin(gyroscopic, localInertia, start, h);
+            offset.template tail<3>() += R * (spin.turn - h * spin.mean);
+        }
     }
 }
 
@@ -124,16 +131,33 @@ void SolverBody<S>::integrate(S h) {
     if (!fixed) {
         fly(h);
     }
-    pose = moved(v, h);
     if (particle || gyroscopic == GyroscopicRule::None) {
+        pose = moved(v, h);
         return;
     }
     // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
     const Vec3<S> momentum = ownMomentum();
+    const Vec3<S> mean = v.template tail<3>();
+    const Quat<S> from = pose.rotation;
+    pose = moved(v, h);
     holdsInertia = false;
     refreshInertia();
-    if (carriesMomentum(gyroscopic)) {
-        v.template tail<3>() = inverseInertia * momentum;
+    if (!carriesMomentum(gyroscopic)) {
+        return;
+    }
+    v.template tail<3>() = inverseInertia * momentum;
+    // A row that stops or turns the mean spin knows nothing of how the momentum will lie in the body at the end. After
+    // a far turn that may be about a light axis in place of a heavy one: energy from nothing, without bound. Who gains
+    // it so keeps the spin that the rows left, in its own axes.
+    constexpr S farTurn = S(0.5);  // rad
+    constexpr S gain = S(1.1);     // of kinetic energy, that a sub-step's error in time may look like
+    if (!flies && h * mean.norm() > farTurn) {
+        const Vec3<S> inBody = from.conjugate() * mean;
+        const Vec3<S> left = from.conjugate() * momentum;
+        const S energy = v.template tail<3>().dot(momentum);
+        if (energy > gain * left.dot(localInverseInertia * left) && energy > inBody.dot(localInertia * inBody)) {
+            v.template tail<3>() = pose.rotation * inBody;
+        }
     }
 }
 

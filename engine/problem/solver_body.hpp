@@ -54,8 +54,8 @@ struct SolverBody {
     // back; nothing where no gyroscopic rule holds.
     void startTurn(S h);
     void undoTurn();
-    // Moves the pose by h v, or along the parabola of its forces where no row held the body; then v is the twist at the
-    // end of the sub-step.
+    // Moves the pose by h v, or, where no row held the body, along the parabola of its forces and as a free body turns;
+    // then v is the twist at the end of the sub-step.
     void integrate(S h);
     // Where the body is after h seconds at twist v, starting here (offset included).
     Pose<S> moved(const Vec6<S>& twist, S h) const;
@@ -74,7 +74,8 @@ struct SolverBody {
     }
 
 private:
-    // Where no row held the body, its place is to lie on the parabola of its forces.
+    // Where no row held the body, its place is to lie on the parabola of its forces, and its turn to be that of a free
+    // body.
     void fly(S h);
     // N m s, angular, of the body and not of what stiffens it.
     Vec3<S> ownMomentum() const {

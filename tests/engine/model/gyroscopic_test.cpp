@@ -47,7 +47,7 @@ TYPED_TEST(Gyroscopic, MidpointKeepsEnergyAndMomentum) {
             const double before = static_cast<double>(w1.dot(inertia * w1));
             const double after = static_cast<double>(spin.end.dot(inertia * spin.end));
             energyError = std::max(energyError, std::abs(after - before) / std::max(before, 1e-9));
-            const Vec3<S> left = expQuat<S>(-h * spin.mean) * (inertia * w1);
+            const Vec3<S> left = expQuat<S>(-spin.turn) * (inertia * w1);
             momentumError = std::max(momentumError, static_cast<double>((inertia * spin.end - left).norm()) /
                                                         std::max(static_cast<double>(left.norm()), 1e-9));
         }
