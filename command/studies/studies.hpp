@@ -6,6 +6,7 @@
 #include "command/studies/convergence.hpp"
 #include "command/studies/extremes.hpp"
 #include "command/studies/figure.hpp"
+#include "command/studies/growth.hpp"
 #include "command/studies/hanging_chain.hpp"
 #include "command/studies/narrow_phases.hpp"
 #include "command/studies/stacks.hpp"

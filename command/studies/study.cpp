@@ -23,6 +23,7 @@ const std::vector<NamedStudy>& studies() {
         {"stacks", "how far stacks move, and at what cost", studyStacks},
         {"clusters", "error against cost by the size of a cluster: a wall, a heap, a net", studyClusters},
         {"budgets", "what time the steps of the built-in scenes take of a budget, and their error", studyBudgets},
+        {"growth", "what a step costs, by bodies, contact points, joints and the share awake", studyGrowth},
         {"narrow_phase", "FCL's narrow phase beside our own: time and error, pair by pair", studyNarrowPhase},
         {"extremes", "where each solver ends: masses, speeds, sizes, steps ... far out (auto; --full: all)",
          studyExtremes},

@@ -37,6 +37,7 @@ StudyOutput studyChain(bool full, const Tell& tell);
 StudyOutput studyStacks(bool full, const Tell& tell);
 StudyOutput studyClusters(bool full, const Tell& tell);
 StudyOutput studyBudgets(bool full, const Tell& tell);
+StudyOutput studyGrowth(bool full, const Tell& tell);
 StudyOutput studyNarrowPhase(bool full, const Tell& tell);
 StudyOutput studyExtremes(bool full, const Tell& tell);
 StudyOutput studyTrials(bool full, const Tell& tell);

@@ -354,8 +354,7 @@ bool ContactNewton<S>::tighten(const Problem<S>& problem, const NewtonOptions& o
 }
 
 template <class S>
-NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOptions& options) {
-    NewtonReport report;
+bool ContactNewton<S>::start(const Problem<S>& problem, const NewtonOptions& options, NewtonReport& report) {
     start_ = system.p;
     std::vector<Vec6<S>> before;
     for (const SolverBody<S>& body : problem.bodies) {
@@ -364,7 +363,25 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     startDeSaxce(problem, before, true);
     momentumVelocity(problem);
     report.residual = residual(problem);
-    if (report.residual <= options.tolerance) {
+    const bool isSteep =
+        std::any_of(system.friction.begin(), system.friction.end(), [](S friction) { return friction > steep; });
+    if (!options.slidesOn || isSteep || report.residual <= options.tolerance) {
+        return report.residual <= options.tolerance;
+    }
+    startDeSaxce(problem, system.v, false);
+    const double going = residual(problem);
+    if (going < report.residual) {
+        report.residual = going;
+        return going <= steadyShare * options.tolerance;
+    }
+    startDeSaxce(problem, before, true);
+    return false;
+}
+
+template <class S>
+NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOptions& options) {
+    NewtonReport report;
+    if (start(problem, options, report)) {
         report.converged = true;
         return report;
     }
