@@ -94,14 +94,14 @@ Scene partlyAwake(int boxes, double shareAwake) {
         {.type = BodyType::Static, .shapes = {box({spacing * side, half, spacing * side})}, .position = {0, -half, 0}});
     double awake = 0;
     for (int i = 0; i < boxes; ++i) {
+        const int row = i / side;
         const bool moves = (i + 1) * shareAwake >= awake + 1;
         awake += moves ? 1 : 0;
-        scene.bodies.push_back(
-            {.shapes = {box(Vec3d::Constant(half))},
-             .position = {spacing * (i % side - 0.5 * side), half, spacing * (i / side - 0.5 * side)},
-             .linearVelocity = {moves ? 4.0 : 0.0, 0, 0},
-             .mass = 1,
-             .awake = moves});
+        scene.bodies.push_back({.shapes = {box(Vec3d::Constant(half))},
+                                .position = {spacing * (i % side - 0.5 * side), half, spacing * (row - 0.5 * side)},
+                                .linearVelocity = {moves ? 4.0 : 0.0, 0, 0},
+                                .mass = 1,
+                                .awake = moves});
     }
     return scene;
 }
