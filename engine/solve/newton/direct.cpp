@@ -120,7 +120,6 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     NewtonOptions options;
     options.heap = heap;
     options.standing = !moves;
-    options.slidesOn = moves && !heap;
     options.maxDeSaxceUpdates = heap ? 0 : options.maxDeSaxceUpdates;
     options.minRegularisation = Tuning::minRegularisation;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : Tuning::tolerance<S>;

@@ -98,10 +98,9 @@ struct DirectTuning {
     // of what rests, where little is left to contradiction, since creep would add up.
     static constexpr double movingStalled = 10;
     static constexpr double restingStalled = 2;
-    // m/s, and share of the fastest speed if that is more, to which De Saxce's correction is solved. At ten times that
-    // a box that slides over tiles is 5 mm off the path that it takes over one piece.
-    static constexpr double deSaxceTolerance = 1e-4;
-    static constexpr double deSaxceShare = 5e-4;
+    // m/s, and share of the fastest speed if that is more, to which De Saxce's correction is solved.
+    static constexpr double deSaxceTolerance = 1e-3;
+    static constexpr double deSaxceShare = 5e-3;
     // Of the tolerance, where a step settles: what is then repeated must balance to the digits that are left.
     static constexpr double settledShare = 1e-7;
 

@@ -354,7 +354,8 @@ bool ContactNewton<S>::tighten(const Problem<S>& problem, const NewtonOptions& o
 }
 
 template <class S>
-bool ContactNewton<S>::start(const Problem<S>& problem, const NewtonOptions& options, NewtonReport& report) {
+NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOptions& options) {
+    NewtonReport report;
     start_ = system.p;
     std::vector<Vec6<S>> before;
     for (const SolverBody<S>& body : problem.bodies) {
@@ -363,25 +364,7 @@ bool ContactNewton<S>::start(const Problem<S>& problem, const NewtonOptions& opt
     startDeSaxce(problem, before, true);
     momentumVelocity(problem);
     report.residual = residual(problem);
-    const bool isSteep =
-        std::any_of(system.friction.begin(), system.friction.end(), [](S friction) { return friction > steep; });
-    if (!options.slidesOn || isSteep || report.residual <= options.tolerance) {
-        return report.residual <= options.tolerance;
-    }
-    startDeSaxce(problem, system.v, false);
-    const double going = residual(problem);
-    if (going < report.residual) {
-        report.residual = going;
-        return going <= steadyShare * options.tolerance;
-    }
-    startDeSaxce(problem, before, true);
-    return false;
-}
-
-template <class S>
-NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOptions& options) {
-    NewtonReport report;
-    if (start(problem, options, report)) {
+    if (report.residual <= options.tolerance) {
         report.converged = true;
         return report;
     }

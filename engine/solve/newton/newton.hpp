@@ -31,7 +31,6 @@ struct NewtonOptions {
     int maxDeSaxceUpdates = 8;  // updates of De Saxce's correction; what is left after them shows as hovering
     bool heap = false;      // starts from sweeps with conjugate directions, and takes De Saxce's correction from them
     bool standing = false;  // contacts hardly open and shut: first tried as all shut
-    bool slidesOn = false;  // what slides may go on as it did in the last step: looked at before anything is begun
     bool goesOn = false;    // the terms differ little from those of the last solve(): its answer is guess enough
 };
 
@@ -101,10 +100,6 @@ private:
             }
         }
     }
-    // Starts from the impulses as they are, with De Saxce's correction from the speeds before or, where `options` allow
-    // and it is nearer, from those that the impulses leave: all but the answer where sliding is steady. True: they are
-    // the answer.
-    bool start(const Problem<S>& problem, const NewtonOptions& options, NewtonReport& report);
     // A centre is solved, and the bias of the regularisation is not gone. True: it is as good as it gets.
     bool tighten(const Problem<S>& problem, const NewtonOptions& options, double& residualBefore, S& reg,
                  NewtonReport& report);
@@ -140,9 +135,6 @@ private:
         64;                                     // of contact, from which sweeps no longer tell the lowest of all load
     static constexpr int heapSweeps = 20;       // with conjugate directions
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
-    // Of the tolerance, within which what goes on as it did is the answer: it errs the same way in each step.
-    static constexpr double steadyShare = 0.01;
-    static constexpr S steep = S(2);  // of friction, above which a correction that is too high lets nothing carry
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
     static constexpr double slowDecrease =
         0.25;  // of the residual from centre to centre, above which the regularisation tightens
