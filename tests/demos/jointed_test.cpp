@@ -83,10 +83,10 @@ TEST(Ragdoll, FallsAsFineStepsSay) {
 
 // At 25 m/s, in one sub-step, limbs whirl by radians a step: they may come apart, but nothing may feed on that.
 TEST(RagdollPile, FeedsOnNothingHoweverRoughTheSteps) {
-    Scene scene = makeScene("ragdoll_pile", {{"n", 30}});
+    Scene scene = makeScene("ragdoll_pile", {{"n", 100}});
     scene.world.solver = GaussSeidelDef{.substeps = 1};
     SceneRun run(scene);
-    // J, of the bodies' centres, from where they are and how fast: what falls has no more than it began with.
+    // J, of the bodies' centres, from where they are and how fast: it may come back from spin, but no more.
     const auto energy = [&] {
         const Simulation& dolls = run.simulation();
         double sum = 0;
@@ -97,12 +97,14 @@ TEST(RagdollPile, FeedsOnNothingHoweverRoughTheSteps) {
         return sum;
     };
     const double start = energy();
-    double most = start;
+    double least = start;
+    double gained = 0;
     while (run.time() < 3.4) {
         run.step();
-        most = std::max(most, energy());
+        least = std::min(least, energy());
+        gained = std::max(gained, energy() - least);
     }
-    expectBelow("energy gained, of all there was", most / start - 1, 1e-3);
+    expectBelow("energy gained, of all there was", gained / start, 2e-3);
     expectBelow("gap, m", run.result().worst.jointGap, 0.75);
     expectBelow("energy from nothing, of the peak", energyDrift(run.result()).value(), 1e-4);
 }
