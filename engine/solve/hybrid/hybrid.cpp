@@ -106,6 +106,9 @@ private:
                                              ? PushOutSpring<S>{S(1) / time, S(1) / regularisation<S>, maxSpeed}
                                              : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed));
     }
+    bool readsResponses(const Problem<S>& problem) const override {
+        return !problem.rows.empty() && problem.memory.hybrid->isExact;
+    }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {
         const bool isJointed = !problem.rows.empty();

@@ -318,6 +318,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     // joints, as the planks of a bridge under crates. Joints alone have their own answer.
     if (!jointsAlone && problem.jointBlocks > 0) {
         addGeometricStiffness(problem, h, static_cast<S>(Tuning::maxPhase));
+        problem.respond();
     }
     const Problem<double>& wide = widen(problem, memory.wide);
     ContactNewton<double>& newton = memory.newton;

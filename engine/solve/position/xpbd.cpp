@@ -33,6 +33,7 @@ public:
         resolveImpacts(problem, settings_, h);
         if (def.geometricStiffness) {
             addGeometricStiffness(problem, h);
+            problem.respond();
         }
         RowSystem<S> system;
         for (const SolverBody<S>& body : problem.bodies) {

@@ -17,60 +17,6 @@ template <class S>
 }  // namespace
 
 template <class S>
-class CompactSweeps<S>::Bodies {
-public:
-    [[gnu::always_inline]] Bodies(CompactSweeps& all, int a, int b)
-        : toA_(all.rows_.v[static_cast<std::size_t>(a)]),
-          toB_(all.rows_.v[static_cast<std::size_t>(b)]),
-          a_(all.masses_[static_cast<std::size_t>(a)]),
-          b_(all.masses_[static_cast<std::size_t>(b)]),
-          va_(toA_.template head<3>()),
-          wa_(toA_.template tail<3>()),
-          vb_(toB_.template head<3>()),
-          wb_(toB_.template tail<3>()) {}
-    // Of b against a at the point, m/s.
-    [[gnu::always_inline]] Vec3<S> speed(const ContactRows<S>& point) const {
-        return vb_ + wb_.cross(point.armB) - va_ - wa_.cross(point.armA);
-    }
-    // An impulse (N s, on b) at the point.
-    [[gnu::always_inline]] void push(const ContactRows<S>& point, const Vec3<S>& impulse) {
-        va_ -= a_.inverse * impulse;
-        wa_ -= a_.spin(point.armA.cross(impulse));
-        vb_ += b_.inverse * impulse;
-        wb_ += b_.spin(point.armB.cross(impulse));
-    }
-    // J v of a row between the two, and a push along it by an impulse.
-    [[gnu::always_inline]] S speed(const Gradient& row) const {
-        return row.a.template head<3>().dot(va_) + row.a.template tail<3>().dot(wa_) +
-               row.b.template head<3>().dot(vb_) + row.b.template tail<3>().dot(wb_);
-    }
-    [[gnu::always_inline]] void push(const Gradient& row, S impulse) {
-        va_ += a_.inverse * impulse * row.a.template head<3>();
-        wa_ += a_.spin(impulse * row.a.template tail<3>());
-        vb_ += b_.inverse * impulse * row.b.template head<3>();
-        wb_ += b_.spin(impulse * row.b.template tail<3>());
-    }
-    // What is fixed is shared by threads, and only read.
-    [[gnu::always_inline]] void putBack() {
-        if (a_.inverse > S(0)) {
-            toA_.template head<3>() = va_;
-            toA_.template tail<3>() = wa_;
-        }
-        if (b_.inverse > S(0)) {
-            toB_.template head<3>() = vb_;
-            toB_.template tail<3>() = wb_;
-        }
-    }
-
-private:
-    Vec6<S>& toA_;
-    Vec6<S>& toB_;
-    const Mass& a_;
-    const Mass& b_;
-    Vec3<S> va_, wa_, vb_, wb_;
-};
-
-template <class S>
 void CompactSweeps<S>::readBodies(const Problem<S>& problem) {
     rows_.readBodies(problem);
     masses_.resize(problem.bodies.size());
@@ -79,16 +25,17 @@ void CompactSweeps<S>::readBodies(const Problem<S>& problem) {
         const Mat3<S>& I = body.inverseInertia;
         masses_[i] = {body.inverseMass, {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}};
     });
+    joints_.couple(problem, rows_.v, masses_.data());
 }
 
 template <class S>
 void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h) {
     rows_.begin(problem, spring, warmStart, h);
+    joints_.layOut(problem);
     readBodies(problem);
-    layOutJoints(problem);
     const bool inLanes = ContactLanes<S>::areFor(problem);
     if (inLanes) {
-        static_assert(sizeof(Mass) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
+        static_assert(sizeof(BodyMass<S>) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
         lanes_.begin(problem, {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart}, &masses_.front().inverse);
     } else {
         problem.forEach(problem.contacts.size(),
@@ -105,8 +52,8 @@ void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const Pu
                                     S h) const {
     const ProblemContact<S>& contact = problem.contacts[c];
     const ContactFrame<S>& frame = problem.frames[c];
-    const Mass& a = masses_[static_cast<std::size_t>(contact.a)];
-    const Mass& b = masses_[static_cast<std::size_t>(contact.b)];
+    const BodyMass<S>& a = masses_[static_cast<std::size_t>(contact.a)];
+    const BodyMass<S>& b = masses_[static_cast<std::size_t>(contact.b)];
     const Vec3<S>* directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
     const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
     for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
@@ -150,15 +97,7 @@ void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
 
 template <class S>
 S CompactSweeps<S>::pushAll(Problem<S>& problem) {
-    S slope = 0;
-    for (const RowBlock<S>& block : problem.blocks) {
-        for (std::size_t i = static_cast<std::size_t>(block.first);
-             i < static_cast<std::size_t>(block.first + block.count); ++i) {
-            const auto before = [&](int body) -> const Vec6<S>& { return before_[static_cast<std::size_t>(body)]; };
-            slope += rows_.p[i] * (rowDot(problem.rows[i], block, before) + rows_.terms[i].bias);
-            rows_.push(problem, i, block, rows_.p[i]);
-        }
-    }
+    const S slope = joints_.push(problem, rows_, masses_.data(), rows_.p.data(), before_.data());
     if (ContactLanes<S>::areFor(problem)) {
         return lanes_.push(problem, twists(), before_.front().data(), slope);
     }
@@ -168,12 +107,12 @@ S CompactSweeps<S>::pushAll(Problem<S>& problem) {
             const ProblemContact<S>& contact = problem.contacts[c];
             const Vec6<S>& va = before_[static_cast<std::size_t>(contact.a)];
             const Vec6<S>& vb = before_[static_cast<std::size_t>(contact.b)];
-            Bodies bodies(*this, contact.a, contact.b);
+            PushedBodies<S> bodies(rows_.v.data(), masses_.data(), contact.a, contact.b);
             const ContactRows<S>* point = firstPoint(problem, contact);
             for (int k = 0; k < contact.count; ++k, ++point) {
                 const Vec3<S> impulse = inWorld(problem.frames[c], point->impulse);
                 sum += impulse.dot(pointSpeed(*point, va, vb)) + point->impulse[0] * point->bias;
-                bodies.push(*point, impulse);
+                bodies.push(point->armA, point->armB, impulse);
             }
             bodies.putBack();
         }
@@ -231,77 +170,13 @@ void CompactSweeps<S>::warmStart(Problem<S>& problem) {
 }
 
 template <class S>
-void CompactSweeps<S>::layOutJoints(const Problem<S>& problem) {
-    jointVisits_.resize(problem.jointOrder.size());
-    gradients_.resize(problem.jointOrder.empty() ? 0 : problem.rows.size());
-    problem.forEach(jointVisits_.size(), [&](std::size_t i) {
-        const RowBlock<S>& block = problem.blocks[problem.jointOrder[i]];
-        jointVisits_[i] = {block.a, block.b, block.first, block.count, problem.jointOrder[i], block.particles};
-        for (std::size_t r = static_cast<std::size_t>(block.first);
-             r < static_cast<std::size_t>(block.first + block.count); ++r) {
-            gradients_[r] = {problem.rows[r].a, problem.rows[r].b};
-        }
-    });
-}
-
-template <class S>
-S CompactSweeps<S>::sweepJoint(const Problem<S>& problem, const JointVisit& joint, S relaxation) {
-    if (joint.particles) {
-        return rows_.sweepBlock(problem, joint.block, relaxation);
-    }
-    Bodies bodies(*this, joint.a, joint.b);
-    S change = 0;
-    for (std::size_t i = static_cast<std::size_t>(joint.first); i < static_cast<std::size_t>(joint.first + joint.count);
-         ++i) {
-        const RowTerms<S>& t = rows_.terms[i];
-        if (!(t.delassus > S(0))) {
-            continue;
-        }
-        S& p = rows_.p[i];
-        const S error = bodies.speed(gradients_[i]) + t.bias + t.softness * p;
-        const S scale = t.delassus + t.softness;
-        const S next = std::clamp(p - relaxation * error / scale, t.lo, t.hi);
-        const S dp = next - p;
-        bodies.push(gradients_[i], dp);
-        change += scale * dp * dp;
-        p = next;
-    }
-    bodies.putBack();
-    return change;
-}
-
-template <class S>
-S CompactSweeps<S>::sweepJoints(const Problem<S>& problem, S relaxation) {
-    if (problem.jointColours.empty()) {
-        return rows_.sweep(problem, relaxation);
-    }
-    rows_.visits += problem.rows.size();
-    S change = 0;
-    std::size_t begin = 0;
-    for (std::size_t k = 0; k < problem.jointColours.size(); ++k) {
-        const auto visit = [&](std::size_t from, std::size_t to) {
-            S sum = 0;
-            for (std::size_t i = from; i < to; ++i) {
-                sum += sweepJoint(problem, jointVisits_[begin + i], relaxation);
-            }
-            return sum;
-        };
-        const std::size_t count = problem.jointColours[k] - begin;
-        const bool mayShare = k + 1 < problem.jointColours.size();
-        change = mayShare ? parallelSum(*problem.jobs, count, 32, change, visit) : change + visit(0, count);
-        begin = problem.jointColours[k];
-    }
-    return change;
-}
-
-template <class S>
 S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,
                                  S relaxation) {
     const Vec3<S> n = frame.normal;
     const Vec3<S> t1 = frame.tangent1;
     const Vec3<S> t2 = frame.tangent2;
     const bool rubs = contact.hasFriction();
-    Bodies bodies(*this, contact.a, contact.b);
+    PushedBodies<S> bodies(rows_.v.data(), masses_.data(), contact.a, contact.b);
     S change = 0;
     for (int k = 0; k < contact.count; ++k) {
         ContactRows<S>& point = points[k];
@@ -310,22 +185,22 @@ S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, const Contact
         }
         S* const p = point.impulse;
         const S scale = point.delassus[0] + point.softness;
-        const S error = n.dot(bodies.speed(point)) + point.bias + point.softness * p[0];
+        const S error = n.dot(bodies.speed(point.armA, point.armB)) + point.bias + point.softness * p[0];
         const S next = std::max(S(0), p[0] - relaxation * error / scale);
         const S dp = next - p[0];
-        bodies.push(point, dp * n);
+        bodies.push(point.armA, point.armB, dp * n);
         change += scale * dp * dp;
         p[0] = next;
         if (!rubs) {
             continue;
         }
-        const Vec3<S> u = bodies.speed(point);
+        const Vec3<S> u = bodies.speed(point.armA, point.armB);
         S wanted1 = p[1] - relaxation * t1.dot(u) / point.delassus[1];
         S wanted2 = p[2] - relaxation * t2.dot(u) / point.delassus[2];
         ontoDisc(point.friction * next, wanted1, wanted2);
         const S dp1 = wanted1 - p[1];
         const S dp2 = wanted2 - p[2];
-        bodies.push(point, dp1 * t1 + dp2 * t2);
+        bodies.push(point.armA, point.armB, dp1 * t1 + dp2 * t2);
         change += point.delassus[1] * dp1 * dp1 + point.delassus[2] * dp2 * dp2;
         p[1] = wanted1;
         p[2] = wanted2;
@@ -336,7 +211,8 @@ S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, const Contact
 
 template <class S>
 S CompactSweeps<S>::sweep(Problem<S>& problem, S relaxation) {
-    return sweepContacts(problem, relaxation, problem.rows.empty() ? S(0) : sweepJoints(problem, relaxation));
+    const S change = problem.rows.empty() ? S(0) : joints_.sweep(problem, rows_, masses_.data(), relaxation);
+    return sweepContacts(problem, relaxation, change);
 }
 
 template <class S>
@@ -373,7 +249,10 @@ void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& o
 
 template <class S>
 void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& change) {
-    rows_.add(problem, change);
+    for (std::size_t i = 0; i < rows_.p.size(); ++i) {
+        rows_.p[i] += change[i];
+    }
+    joints_.push(problem, rows_, masses_.data(), change.data(), nullptr);
     const S* const ofContacts = change.data() + rows_.p.size();
     if (ContactLanes<S>::areFor(problem)) {
         lanes_.add(problem, twists(), ofContacts);
@@ -382,14 +261,14 @@ void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& change) {
     problem.sumColours(0, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
             const ProblemContact<S>& contact = problem.contacts[c];
-            Bodies bodies(*this, contact.a, contact.b);
+            PushedBodies<S> bodies(rows_.v.data(), masses_.data(), contact.a, contact.b);
             ContactRows<S>* point = firstPoint(problem, contact);
             const S* dp = ofContacts + 3 * contact.firstPoint;
             for (int k = 0; k < contact.count; ++k, ++point, dp += 3) {
                 for (int t = 0; t < 3; ++t) {
                     point->impulse[t] += dp[t];
                 }
-                bodies.push(*point, inWorld(problem.frames[c], dp));
+                bodies.push(point->armA, point->armB, inWorld(problem.frames[c], dp));
             }
             bodies.putBack();
         }

@@ -25,7 +25,8 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     }
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
-    } else if constexpr (isCompact) {
+    }
+    if (isCompact || settings_.def.geometricStiffness) {
         problem.respond();
     }
 
@@ -42,9 +43,8 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     problem.integrate(h);
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
-    } else if (!problem.rows.empty() && std::any_of(problem.bodies.begin(), problem.bodies.end(), [](const auto& body) {
-                   return body.gyroscopic != GyroscopicRule::None;
-               })) {
+    }
+    if (readsResponses(problem)) {
         problem.respond();
     }
     system.readBodies(problem);

@@ -223,6 +223,7 @@ TEST(AugmentedDescent, WithGeometricStiffnessIsRowsOnStiffenedMasses) {
         row.lambda = random.uniform(-200, 200);  // of the last step
     }
     addGeometricStiffness(problem, h);
+    problem.respond();
     const DenseIsland stiff(problem);
     RowSystem<double> rows = systemOf(problem, h);
     for (int k = 0; k < 6000; ++k) {

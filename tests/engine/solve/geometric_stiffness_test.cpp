@@ -53,6 +53,7 @@ TEST(GeometricStiffness, IsThereUnderLoadWhereJointsAreClosed) {
     }
     const double h = 1.0 / 60;
     addGeometricStiffness(problem, h);
+    problem.respond();
     const Mat3d added = problem.bodies[1].inertia - before;
     const Mat3d expected = h * h * Vec3d(250, 0, 250).asDiagonal().toDenseMatrix();
     expectBelow("added to a pendulum's inertia, kg m2", (added - expected).norm(), 1e-12);
