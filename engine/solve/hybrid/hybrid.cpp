@@ -98,7 +98,10 @@ private:
             problem.memory.hybrid = std::make_shared<HybridMemory<S>>();
         }
         HybridMemory<S>& memory = *problem.memory.hybrid;
-        memory.isExact = memory.joints.begin(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
+        // What was refused in the step is not looked at again.
+        if (problem.limits.isFirst || memory.isExact) {
+            memory.isExact = memory.joints.begin(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
+        }
         memory.isPinned = memory.isExact && isPinned(problem);
         const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
         const S time = std::max(h, static_cast<S>(problem.limits.closingTime));

@@ -79,7 +79,7 @@ template <class S>
 void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
     rows_.relax(problem, h);
     if (ContactLanes<S>::areFor(problem)) {
-        lanes_.relax(problem, twists(), h);
+        lanes_.relax(problem, twistNumbers(), h);
         return;
     }
     problem.forEach(problem.contacts.size(), [&](std::size_t c) {
@@ -97,9 +97,9 @@ void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
 
 template <class S>
 S CompactSweeps<S>::pushAll(Problem<S>& problem) {
-    const S slope = joints_.push(problem, rows_, masses_.data(), rows_.p.data(), before_.data());
+    const S slope = joints_.push(problem, rows_, masses_.data(), before_.data());
     if (ContactLanes<S>::areFor(problem)) {
-        return lanes_.push(problem, twists(), before_.front().data(), slope);
+        return lanes_.push(problem, twistNumbers(), before_.front().data(), slope);
     }
     return problem.sumColours(slope, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
@@ -219,7 +219,7 @@ template <class S>
 S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
     rows_.visits += contactRowCount_;
     if (ContactLanes<S>::areFor(problem)) {
-        return lanes_.sweep(problem, twists(), relaxation, change);
+        return lanes_.sweep(problem, twistNumbers(), relaxation, change);
     }
     return problem.sumColours(change, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
@@ -248,31 +248,20 @@ void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& o
 }
 
 template <class S>
-void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& change) {
-    for (std::size_t i = 0; i < rows_.p.size(); ++i) {
-        rows_.p[i] += change[i];
+void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& impulses, const std::vector<Vec6<S>>& twists) {
+    const std::size_t joints = rows_.p.size();
+    for (std::size_t i = 0; i < joints; ++i) {
+        rows_.p[i] += impulses[i];
     }
-    joints_.push(problem, rows_, masses_.data(), change.data(), nullptr);
-    const S* const ofContacts = change.data() + rows_.p.size();
+    problem.forEach(twists.size(), [&](std::size_t i) { rows_.v[i] += twists[i]; });
     if (ContactLanes<S>::areFor(problem)) {
-        lanes_.add(problem, twists(), ofContacts);
+        lanes_.add(problem, impulses.data() + joints);
         return;
     }
-    problem.sumColours(0, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c) {
-            const ProblemContact<S>& contact = problem.contacts[c];
-            PushedBodies<S> bodies(rows_.v.data(), masses_.data(), contact.a, contact.b);
-            ContactRows<S>* point = firstPoint(problem, contact);
-            const S* dp = ofContacts + 3 * contact.firstPoint;
-            for (int k = 0; k < contact.count; ++k, ++point, dp += 3) {
-                for (int t = 0; t < 3; ++t) {
-                    point->impulse[t] += dp[t];
-                }
-                bodies.push(point->armA, point->armB, inWorld(problem.frames[c], dp));
-            }
-            bodies.putBack();
+    problem.forEach(problem.contactRows.size(), [&](std::size_t i) {
+        for (std::size_t t = 0; t < 3; ++t) {
+            problem.contactRows[i].impulse[t] += impulses[joints + 3 * i + t];
         }
-        return 0;
     });
 }
 

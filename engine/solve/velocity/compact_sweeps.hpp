@@ -1,8 +1,8 @@
 #pragma once
 // The velocity-level problem of one sub-step with joints (joint_sweeps.hpp) and contacts in short (contact_rows.hpp):
-// the same update as sweep.hpp's, of a seventh of the memory. Where the island is worth it contacts go through the vector unit
-// and are shared by threads, colour by colour (contact_lanes.hpp). What both give is the same to rounding (test
-// CompactSweeps.*).
+// the same update as sweep.hpp's, of a seventh of the memory. Where the island is worth it contacts go through the
+// vector unit and are shared by threads, colour by colour (contact_lanes.hpp). What both give is the same to rounding
+// (test CompactSweeps.*).
 #include "engine/solve/velocity/contact_lanes.hpp"
 #include "engine/solve/velocity/joint_sweeps.hpp"
 
@@ -39,7 +39,9 @@ public:
     S sweepContacts(Problem<S>& problem, S relaxation, S change = 0);
     // Impulses of the rows of joints, then three of each contact point.
     void copyImpulses(const Problem<S>& problem, std::vector<S>& out) const;
-    void add(Problem<S>& problem, const std::vector<S>& change);
+    std::vector<Vec6<S>>& twists() { return rows_.v; }
+    // As RowSystem::add().
+    void add(Problem<S>& problem, const std::vector<S>& impulses, const std::vector<Vec6<S>>& twists);
 
     std::size_t rowCount(const Problem<S>& problem) const;
     double work() const { return rows_.work(); }
@@ -50,7 +52,7 @@ private:
     void beginContact(Problem<S>& problem, std::size_t c, const PushOutSpring<S>& spring, S warmStart, S h) const;
     S sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,
                    S relaxation);
-    S* twists() { return rows_.v.empty() ? nullptr : rows_.v.front().data(); }
+    S* twistNumbers() { return rows_.v.empty() ? nullptr : rows_.v.front().data(); }
     // Pushes the bodies by the impulses of all rows. Gives p^T (J v + b) for the twists before.
     S pushAll(Problem<S>& problem);
 

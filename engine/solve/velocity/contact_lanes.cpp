@@ -346,23 +346,12 @@ void ContactLanes<S>::copyImpulses(const Problem<S>& problem, S* impulses) const
 }
 
 template <class S>
-void ContactLanes<S>::exchange(const Problem<S>& problem, S* impulses) {
+void ContactLanes<S>::add(const Problem<S>& problem, const S* change) {
     forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t point, std::size_t row) {
         for (std::size_t t = 0; t < 3; ++t) {
-            std::swap(points_[row].impulse[t][lane], impulses[3 * point + t]);
+            points_[row].impulse[t][lane] += change[3 * point + t];
         }
     });
-}
-
-template <class S>
-void ContactLanes<S>::add(const Problem<S>& problem, S* twists, const S* change) {
-    sum_.assign(change, change + 3 * problem.points.size());
-    exchange(problem, sum_.data());
-    for (std::size_t i = 0; i < sum_.size(); ++i) {
-        sum_[i] += change[i];
-    }
-    push(problem, twists, twists, S(0));
-    exchange(problem, sum_.data());
 }
 
 template <class S>

@@ -24,9 +24,9 @@ public:
     S curvature(const Problem<S>& problem, S sum);
     void scale(const Problem<S>& problem, S share);
     S sweep(const Problem<S>& problem, S* twists, S relaxation, S change);
-    // Three a contact point: as they are; and more of them, by which the bodies are pushed.
+    // Three a contact point: as they are; and more of them.
     void copyImpulses(const Problem<S>& problem, S* impulses) const;
-    void add(const Problem<S>& problem, S* twists, const S* change);
+    void add(const Problem<S>& problem, const S* change);
     // Adds the impulses up; forces and what was given go to the problem where they are asked for.
     void store(Problem<S>& problem, S h);
     ContactFrame<S> frameOf(std::size_t contact) const override;
@@ -64,7 +64,6 @@ private:
     // Calls visit(kernels, begin, end) over all packs.
     template <class Visit>
     void forPacks(const Problem<S>& problem, const Visit& visit) const;
-    void exchange(const Problem<S>& problem, S* impulses);
     // Calls visit(pack, lane, point, row among points_) for each contact point.
     template <class Visit>
     void forPoints(const Problem<S>& problem, const Visit& visit) const;
@@ -85,7 +84,6 @@ private:
     std::vector<std::uint32_t> laneOf_;     // by contact, of all lanes of the packs
     std::vector<S> terms_;                  // by point: what is summed in the order of the problem
     std::vector<S> changes_;                // likewise by contact; 0 of those without points
-    std::vector<S> sum_;                    // of impulses, three a point
     const S* masses_ = nullptr;
 };
 

@@ -137,46 +137,43 @@ S JointSweeps<S>::sweep(const Problem<S>& problem, RowSweeps<S>& rows, const Bod
 }
 
 template <class S>
-S JointSweeps<S>::pushOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const S* impulses,
+S JointSweeps<S>::pushOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses,
                           const Vec6<S>* before, const Visit& joint) const {
+    const RowBlock<S>& block = problem.blocks[joint.block];
     const std::size_t first = static_cast<std::size_t>(joint.first);
     const std::size_t end = first + static_cast<std::size_t>(joint.count);
+    const S* const p = rows.p.data();
     S slope = 0;
-    if (before != nullptr) {
-        const RowBlock<S>& block = problem.blocks[joint.block];
-        for (std::size_t i = first; i < end; ++i) {
-            slope += impulses[i] * (rowDot(problem.rows[i], block, [&](int k) -> const Vec6<S>& { return before[k]; }) +
-                                    rows.terms[i].bias);
-        }
+    for (std::size_t i = first; i < end; ++i) {
+        const S u = rowDot(problem.rows[i], block, [&](int body) -> const Vec6<S>& { return before[body]; });
+        slope += p[i] * (u + rows.terms[i].bias);
     }
     if (joint.particles) {
         for (std::size_t i = first; i < end; ++i) {
-            rows.push(problem, i, problem.blocks[joint.block], impulses[i]);
+            rows.push(problem, i, block, p[i]);
         }
         return slope;
     }
     PushedBodies<S> bodies(rows.v.data(), masses, joint.a, joint.b);
     std::size_t i = first;
     if (joint.isPin) {
-        bodies.push(
-            joint.armA, joint.armB,
-            impulses[i] * joint.axes[0] + impulses[i + 1] * joint.axes[1] + impulses[i + 2] * joint.axes[2]);
+        bodies.push(joint.armA, joint.armB, p[i] * joint.axes[0] + p[i + 1] * joint.axes[1] + p[i + 2] * joint.axes[2]);
         i += 3;
     }
     for (; i < end; ++i) {
-        bodies.push(gradients_[i].a, gradients_[i].b, impulses[i]);
+        bodies.push(gradients_[i].a, gradients_[i].b, p[i]);
     }
     bodies.putBack();
     return slope;
 }
 
 template <class S>
-S JointSweeps<S>::push(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const S* impulses,
+S JointSweeps<S>::push(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses,
                        const Vec6<S>* before) const {
     return sumColours(problem, [&](std::size_t begin, std::size_t end) {
         S slope = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            slope += pushOne(problem, rows, masses, impulses, before, visits_[i]);
+            slope += pushOne(problem, rows, masses, before, visits_[i]);
         }
         return slope;
     });

@@ -17,9 +17,8 @@ public:
     void couple(const Problem<S>& problem, std::vector<Vec6<S>>& twists, const BodyMass<S>* masses);
     // As RowSystem::sweep().
     S sweep(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, S relaxation);
-    // Pushes the bodies by `impulses`, one a row. Gives p^T (J v + b) for the twists `before`, or none.
-    S push(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const S* impulses,
-           const Vec6<S>* before) const;
+    // Pushes the bodies by the impulses of all rows. Gives p^T (J v + b) for the twists `before`.
+    S push(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const Vec6<S>* before) const;
 
 private:
     struct Visit {
@@ -39,8 +38,8 @@ private:
     S sweepOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const Visit& joint,
                S relaxation);
     static S sweepPin(const RowTerms<S>* terms, S* p, const Visit& joint, S relaxation, PushedBodies<S>& bodies);
-    S pushOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const S* impulses,
-              const Vec6<S>* before, const Visit& joint) const;
+    S pushOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const Vec6<S>* before,
+              const Visit& joint) const;
     // Sums part(begin, end) over visits, colour by colour.
     template <class Part>
     S sumColours(const Problem<S>& problem, const Part& part) const;

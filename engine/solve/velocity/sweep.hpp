@@ -122,14 +122,14 @@ struct RowSystem {
     }
 
     void copyImpulses(const Problem<S>&, std::vector<S>& out) const { out = p; }
-    // v <- v + M^-1 J^T change, p <- p + change.
-    void add(const Problem<S>& problem, const std::vector<S>& change) {
-        for (const RowBlock<S>& block : problem.blocks) {
-            for (std::size_t i = static_cast<std::size_t>(block.first);
-                 i < static_cast<std::size_t>(block.first + block.count); ++i) {
-                p[i] += change[i];
-                push(problem, i, block, change[i]);
-            }
+    std::vector<Vec6<S>>& twists() { return v; }
+    // p <- p + impulses, v <- v + twists: those that M^-1 J^T makes of them.
+    void add(const Problem<S>&, const std::vector<S>& impulses, const std::vector<Vec6<S>>& twists) {
+        for (std::size_t i = 0; i < p.size(); ++i) {
+            p[i] += impulses[i];
+        }
+        for (std::size_t i = 0; i < v.size(); ++i) {
+            v[i] += twists[i];
         }
     }
 
@@ -218,29 +218,40 @@ private:
 };
 
 // Non-smooth non-linear conjugate gradients (Silcowitz 2010): `count` sweeps, after each but the last of which a share
-// of the directions before is added. The norm of the change is that of the diagonal of A, in which rows of metres and
-// of radians can be added. System: RowSystem, or CompactSweeps. P: its Problem.
+// of the directions before is added, in impulses and, since those make them, in twists. The norm of the change is that
+// of the diagonal of A, in which rows of metres and of radians can be added. System: RowSystem, or CompactSweeps. P: its
+// Problem.
 template <class S, class System, class P>
 void conjugateSweeps(System& system, P& problem, int count) {
-    std::vector<S> start;
-    std::vector<S> now;
+    // Where a sweep begins, the direction so far, and the share of it that is added, in impulses and in twists.
+    std::vector<S> start, now, direction, along;
+    std::vector<Vec6<S>>& v = system.twists();
+    std::vector<Vec6<S>> startV, directionV(v.size(), Vec6<S>::Zero()), alongV(v.size());
     system.copyImpulses(problem, now);
-    std::vector<S> direction(now.size(), S(0));
-    std::vector<S> along(now.size());
+    direction.assign(now.size(), S(0));
+    along.resize(now.size());
     S before = 0;
     for (int k = 0; k < count; ++k) {
         system.copyImpulses(problem, start);
+        startV = v;
         const S change = system.sweep(problem, S(1));
         system.copyImpulses(problem, now);
         const bool anew = !(before > S(0)) || change > before;
         const S beta = anew ? S(0) : change / before;
         before = change;
+        if (k + 1 == count) {
+            return;
+        }
         problem.forEach(direction.size(), [&](std::size_t i) {
             along[i] = beta * direction[i];
             direction[i] = along[i] + (now[i] - start[i]);
         });
-        if (beta > S(0) && k + 1 < count) {
-            system.add(problem, along);
+        problem.forEach(directionV.size(), [&](std::size_t i) {
+            alongV[i] = beta * directionV[i];
+            directionV[i] = alongV[i] + (v[i] - startV[i]);
+        });
+        if (beta > S(0)) {
+            system.add(problem, along, alongV);
         }
     }
 }

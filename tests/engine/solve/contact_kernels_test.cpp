@@ -237,7 +237,11 @@ std::vector<double> answerOf(Problem<double> problem, double& change) {
         for (double& one : more) {
             one *= 0.1;
         }
-        sweeps.add(problem, more);
+        std::vector<Vec6<double>> faster = sweeps.twists();
+        for (Vec6<double>& one : faster) {
+            one *= 0.1;
+        }
+        sweeps.add(problem, more, faster);
         sweeps.relax(problem, h);
         sweeps.writeBodies(problem);
         problem.integrate(h);

@@ -14,9 +14,13 @@ double sweepRadius(const Problem<double>& problem, double relaxation) {
         for (Vec6<double>& v : system.v) {
             v.setZero();
         }
-        std::vector<double> unit(rows, 0.0);
-        unit[i] = 1;
-        system.add(problem, unit);
+        system.p.assign(rows, 0.0);
+        system.p[i] = 1;
+        for (const RowBlock<double>& block : problem.blocks) {
+            if (at(block.first) <= at(i) && at(i) < at(block.first + block.count)) {
+                system.push(problem, i, block, 1);
+            }
+        }
         system.sweep(problem, relaxation);
         G.col(at(i)) = stacked(system.p);
     }
