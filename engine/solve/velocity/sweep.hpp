@@ -219,8 +219,8 @@ private:
 
 // Non-smooth non-linear conjugate gradients (Silcowitz 2010): `count` sweeps, after each but the last of which a share
 // of the directions before is added, in impulses and, since those make them, in twists. The norm of the change is that
-// of the diagonal of A, in which rows of metres and of radians can be added. System: RowSystem, or CompactSweeps. P: its
-// Problem.
+// of the diagonal of A, in which rows of metres and of radians can be added. System: RowSystem, or CompactSweeps. P:
+// its Problem.
 template <class S, class System, class P>
 void conjugateSweeps(System& system, P& problem, int count) {
     // Where a sweep begins, the direction so far, and the share of it that is added, in impulses and in twists.
