@@ -142,7 +142,7 @@ struct RowChain {
             System system = unforced();
             std::vector<double> unit(system.p.size(), 0);
             unit[static_cast<std::size_t>(j)] = 1;
-            system.add(chain.problem, unit);
+            system.push(chain.problem, unit);
             sweep(system);
             G.col(j) = toVector(system.p);
         }
@@ -158,7 +158,7 @@ struct RowChain {
     // A x, by pushing the bodies and asking the rows.
     Vector product(const Vector& x) const {
         System system = unforced();
-        system.add(chain.problem, std::vector<double>(x.data(), x.data() + x.size()));
+        system.push(chain.problem, std::vector<double>(x.data(), x.data() + x.size()));
         Vector y(x.size());
         for (const RowBlock<double>& block : chain.problem.blocks) {
             y(block.first) = system.rowVelocity(chain.problem.rows[static_cast<std::size_t>(block.first)], block);
@@ -182,7 +182,7 @@ MethodConvergence gaussSeidel(const RowChain& rows, const std::string& name, dou
     method.rateOfMatrix = spectralRadius(rows.gaussSeidelMatrix(relaxation));
     if (relaxation == 1) {
         System system = rows.unforced();
-        system.add(rows.chain.problem, std::vector<double>(system.p.size(), 1));
+        system.push(rows.chain.problem, std::vector<double>(system.p.size(), 1));
         double before = 0;
         for (int k = 0; k < 400; ++k) {
             const double change = system.sweep(rows.chain.problem, 1);

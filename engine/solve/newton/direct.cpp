@@ -120,6 +120,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     NewtonOptions options;
     options.heap = heap;
     options.standing = !moves;
+    options.slidesOn = moves && !heap;
     options.maxDeSaxceUpdates = heap ? 0 : options.maxDeSaxceUpdates;
     options.minRegularisation = Tuning::minRegularisation;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : Tuning::tolerance<S>;
@@ -134,7 +135,8 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     }
     options.solvedShare = moves || jointsAlone ? 1 : Tuning::restingShare;
     options.stalled = options.tolerance * (jointsAlone || moves ? Tuning::movingStalled : Tuning::restingStalled);
-    options.deSaxceTolerance = std::max(Tuning::deSaxceTolerance, Tuning::deSaxceShare * speed);
+    options.deSaxceTolerance = std::max(Tuning::deSaxceTolerance, Tuning::deSaxceShare * speed) *
+                               (options.slidesOn && problem.joints.empty() ? Tuning::slidingShare : 1);
     options.maxIterations = settings.def.iterations > 0 ? settings.def.iterations : Tuning::maxIterations;
     if (problem.plan.iterationCap > 0) {
         options.maxIterations = std::min(options.maxIterations, problem.plan.iterationCap);

@@ -354,9 +354,7 @@ bool ContactNewton<S>::tighten(const Problem<S>& problem, const NewtonOptions& o
 }
 
 template <class S>
-NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOptions& options) {
-    NewtonReport report;
-    start_ = system.p;
+bool ContactNewton<S>::slidesOn(const Problem<S>& problem, const NewtonOptions& options, NewtonReport& report) {
     std::vector<Vec6<S>> before;
     for (const SolverBody<S>& body : problem.bodies) {
         before.push_back(body.vBefore);
@@ -364,11 +362,31 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     startDeSaxce(problem, before, true);
     momentumVelocity(problem);
     report.residual = residual(problem);
-    if (report.residual <= options.tolerance) {
+    if (!options.slidesOn || report.residual <= options.tolerance) {
+        return false;
+    }
+    startDeSaxce(problem, system.v, false);
+    const double going = residual(problem);
+    if (going <= options.deSaxceTolerance) {
+        report.residual = going;
+        return true;
+    }
+    startDeSaxce(problem, before, true);
+    return false;
+}
+
+template <class S>
+NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOptions& options) {
+    NewtonReport report;
+    start_ = system.p;
+    const bool goesOn = slidesOn(problem, options, report);
+    // What slides on as it did errs the same way in each step.
+    const double share = goesOn ? steadyShare : 1;
+    if (report.residual <= share * options.tolerance) {
         report.converged = true;
         return report;
     }
-    const double target = options.solvedShare * options.tolerance;
+    const double target = share * options.solvedShare * options.tolerance;
     S reg = static_cast<S>(options.regularisation);
     regularise(problem, reg);
     // Equalities alone have no active set to guess, and sweeps would leave the load of redundant rows on the first of
@@ -395,7 +413,8 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
             report.residual = residual(problem);
             if (report.residual <= target) {
                 report.converged = true;
-                if (deSaxceUpdates >= options.maxDeSaxceUpdates || updateDeSaxce(problem) <= options.deSaxceTolerance) {
+                if (deSaxceUpdates >= options.maxDeSaxceUpdates ||
+                    updateDeSaxce(problem) <= share * options.deSaxceTolerance) {
                     return report;
                 }
                 settled = system.p;

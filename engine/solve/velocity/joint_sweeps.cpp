@@ -95,8 +95,8 @@ template <class S>
 }
 
 template <class S>
-S JointSweeps<S>::sweepOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses,
-                           const Visit& joint, S relaxation) {
+S JointSweeps<S>::sweepOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const Visit& joint,
+                           S relaxation) {
     if (joint.particles) {
         return rows.sweepBlock(problem, joint.block, relaxation);
     }

@@ -122,8 +122,18 @@ struct RowSystem {
     }
 
     void copyImpulses(const Problem<S>&, std::vector<S>& out) const { out = p; }
+    // p <- p + impulses, by which the bodies are pushed.
+    void push(const Problem<S>& problem, const std::vector<S>& impulses) {
+        for (const RowBlock<S>& block : problem.blocks) {
+            for (std::size_t i = static_cast<std::size_t>(block.first);
+                 i < static_cast<std::size_t>(block.first + block.count); ++i) {
+                p[i] += impulses[i];
+                push(problem, i, block, impulses[i]);
+            }
+        }
+    }
     std::vector<Vec6<S>>& twists() { return v; }
-    // p <- p + impulses, v <- v + twists: those that M^-1 J^T makes of them.
+    // The same where it is known what those pushes make of the twists.
     void add(const Problem<S>&, const std::vector<S>& impulses, const std::vector<Vec6<S>>& twists) {
         for (std::size_t i = 0; i < p.size(); ++i) {
             p[i] += impulses[i];

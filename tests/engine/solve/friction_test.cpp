@@ -239,6 +239,28 @@ TEST(Friction, LadderOnASmoothWall) {
     });
 }
 
+// What goes on sliding as it did is answered by the impulses of the last step: nothing is iterated to find them again.
+TEST(Friction, SteadySlidingAsksForNextToNothing) {
+    for (const char* const name : {"auto", "direct"}) {
+        Worldd world({.solver = solverNamed(name)});
+        addFloor(world, 0.5);
+        const BodyId block = world.add({.shapes = {withMaterial(box({0.5, 0.1, 0.5}), 0.5)},
+                                        .position = Vec3d(0, 0.1, 0),
+                                        .linearVelocity = Vec3d(8, 0, 0),
+                                        .mass = 2});
+        constexpr double dt = 1.0 / 60;
+        constexpr int steps = 60;
+        world.step(dt);
+        int iterations = 0;
+        for (int i = 1; i < steps; ++i) {
+            iterations += world.step(dt).counts.newtonIterations;
+        }
+        expectBelow(std::string(name) + ": iterations a step", static_cast<double>(iterations) / (steps - 1), 2.8);
+        expectClose(std::string(name) + ": speed after a second, m/s", velocity(world, block).x(),
+                    8 - 0.5 * standardGravity, 2e-6);
+    }
+}
+
 TEST(Friction, NoneWhereTheCoefficientIsZero) {
     forEachSolver([](const SolverDef& solver) {
         Worldd world({.solver = solver, .sleep = {.enabled = false}});

@@ -14,13 +14,9 @@ double sweepRadius(const Problem<double>& problem, double relaxation) {
         for (Vec6<double>& v : system.v) {
             v.setZero();
         }
-        system.p.assign(rows, 0.0);
-        system.p[i] = 1;
-        for (const RowBlock<double>& block : problem.blocks) {
-            if (at(block.first) <= at(i) && at(i) < at(block.first + block.count)) {
-                system.push(problem, i, block, 1);
-            }
-        }
+        std::vector<double> unit(rows, 0.0);
+        unit[i] = 1;
+        system.push(problem, unit);
         system.sweep(problem, relaxation);
         G.col(at(i)) = stacked(system.p);
     }
