@@ -114,7 +114,9 @@ struct Problem {
     // that know contacts in short, without the latter.
     std::vector<Row<S>> rows;
     std::vector<RowBlock<S>> blocks;
-    std::vector<RowResponse<S>> responses;  // of rows, as they were at the last respond()
+    // Of rows, as they were at the last respond(). Where joints are swept (joint_sweeps.hpp) and nobody reads more, of
+    // bodies that turn delassus alone.
+    std::vector<RowResponse<S>> responses;
     int jointBlocks = 0;  // blocks before this one belong to joints, locks and rolls, whose C bends with the motion
     // In this sub-step, by contact and by contact point, unless another keeps them.
     std::vector<ContactFrame<S>> frames;

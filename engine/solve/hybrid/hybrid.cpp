@@ -102,6 +102,9 @@ private:
         if (problem.limits.isFirst || memory.isExact) {
             memory.isExact = memory.joints.begin(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
         }
+        if (memory.isExact) {
+            problem.respond();
+        }
         memory.isPinned = memory.isExact && isPinned(problem);
         const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
         const S time = std::max(h, static_cast<S>(problem.limits.closingTime));

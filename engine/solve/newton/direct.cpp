@@ -110,6 +110,12 @@ int affordableIterations(const Problem<S>& problem, const ContactNewton<double>&
     return static_cast<int>(std::clamp(iterations, 0.0, Tuning::manyIterations));
 }
 
+template <class S>
+bool isSingle(const Problem<S>& problem) {
+    return std::count_if(problem.bodies.begin(), problem.bodies.end(), [](const auto& body) { return !body.fixed; }) ==
+           1;
+}
+
 // The base tolerance holds for what rests; what moves is solved to a share of its speed.
 template <class S>
 NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settings, double work) {
@@ -120,7 +126,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     NewtonOptions options;
     options.heap = heap;
     options.standing = !moves;
-    options.slidesOn = moves && !heap;
+    options.slidesOn = moves && problem.joints.empty() && isSingle(problem);
     options.maxDeSaxceUpdates = heap ? 0 : options.maxDeSaxceUpdates;
     options.minRegularisation = Tuning::minRegularisation;
     options.tolerance = settings.def.tolerance > 0 ? settings.def.tolerance : Tuning::tolerance<S>;
@@ -136,7 +142,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     options.solvedShare = moves || jointsAlone ? 1 : Tuning::restingShare;
     options.stalled = options.tolerance * (jointsAlone || moves ? Tuning::movingStalled : Tuning::restingStalled);
     options.deSaxceTolerance = std::max(Tuning::deSaxceTolerance, Tuning::deSaxceShare * speed) *
-                               (options.slidesOn && problem.joints.empty() ? Tuning::slidingShare : 1);
+                               (options.slidesOn ? Tuning::slidingShare : 1);
     options.maxIterations = settings.def.iterations > 0 ? settings.def.iterations : Tuning::maxIterations;
     if (problem.plan.iterationCap > 0) {
         options.maxIterations = std::min(options.maxIterations, problem.plan.iterationCap);

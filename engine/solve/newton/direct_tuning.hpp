@@ -101,9 +101,8 @@ struct DirectTuning {
     // m/s, and share of the fastest speed if that is more, to which De Saxce's correction is solved.
     static constexpr double deSaxceTolerance = 1e-3;
     static constexpr double deSaxceShare = 5e-3;
-    // Of that, where nothing is jointed and what slides may slide on: a box on tiles, whose points change at each seam,
-    // goes .06 mm off the path that it takes over one piece in 10 m (at 1: 1.8 mm; a bridge under crates would take a
-    // fifth more iterations).
+    // Of that, for a body by itself: a box on tiles, whose points change at each seam, goes .06 mm off the path that it
+    // takes over one piece in 10 m (at 1: 1.8 mm).
     static constexpr double slidingShare = 0.5;
     // Of the tolerance, where a step settles: what is then repeated must balance to the digits that are left.
     static constexpr double settledShare = 1e-7;

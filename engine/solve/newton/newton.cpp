@@ -362,7 +362,9 @@ bool ContactNewton<S>::slidesOn(const Problem<S>& problem, const NewtonOptions& 
     startDeSaxce(problem, before, true);
     momentumVelocity(problem);
     report.residual = residual(problem);
-    if (!options.slidesOn || report.residual <= options.tolerance) {
+    const bool isSteep =
+        std::any_of(system.friction.begin(), system.friction.end(), [](S friction) { return friction > steep; });
+    if (!options.slidesOn || isSteep || report.residual <= options.tolerance) {
         return false;
     }
     startDeSaxce(problem, system.v, false);

@@ -31,7 +31,7 @@ struct NewtonOptions {
     int maxDeSaxceUpdates = 8;  // updates of De Saxce's correction; what is left after them shows as hovering
     bool heap = false;      // starts from sweeps with conjugate directions, and takes De Saxce's correction from them
     bool standing = false;  // contacts hardly open and shut: first tried as all shut
-    bool slidesOn = false;  // what slides may go on as it did in the last step: looked at before anything is begun
+    bool slidesOn = false;  // it may slide on as it did in the last step: looked at before anything is begun
     bool goesOn = false;    // the terms differ little from those of the last solve(): its answer is guess enough
 };
 
@@ -136,10 +136,11 @@ private:
 
     static constexpr int guessSweeps = 10;  // of Gauss-Seidel, from which a cold start takes its first active set
     static constexpr std::size_t manyPoints =
-        64;                                      // of contact, from which sweeps no longer tell the lowest of all load
-    static constexpr int heapSweeps = 20;        // with conjugate directions
-    static constexpr double nearAnswer = 1e-3;   // m/s, residual under which last step's impulses are guess enough
-    static constexpr double steadyShare = 1e-3;  // of the tolerances, to which what slides on as it did is solved
+        64;                                     // of contact, from which sweeps no longer tell the lowest of all load
+    static constexpr int heapSweeps = 20;       // with conjugate directions
+    static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
+    static constexpr S steep = S(2);  // of friction, above which a correction that is too high lets nothing carry
+    static constexpr double steadyShare = 3e-4;  // of the tolerances, to which what slides on as it did is solved
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
     static constexpr double slowDecrease =
         0.25;  // of the residual from centre to centre, above which the regularisation tightens

@@ -8,7 +8,6 @@ namespace cairn {
 template <class S>
 void ContactNewton<S>::startDeSaxce(const Problem<S>& problem, const std::vector<Vec6<S>>& v, bool before) {
     constexpr S touching = S(1e-4);  // m
-    constexpr S steep = S(2);        // of friction
     deSaxce_.assign(problem.blocks.size(), S(0));
     deSaxceError_.assign(problem.blocks.size(), S(0));
     deSaxceGain_ = S(1);

@@ -17,22 +17,27 @@ template <class S>
 }  // namespace
 
 template <class S>
-void CompactSweeps<S>::readBodies(const Problem<S>& problem) {
+void CompactSweeps<S>::readBodies(Problem<S>& problem) {
     rows_.readBodies(problem);
+    readMasses(problem);
+    joints_.couple(problem, masses_.data());
+}
+
+template <class S>
+void CompactSweeps<S>::readMasses(const Problem<S>& problem) {
     masses_.resize(problem.bodies.size());
     problem.forEach(problem.bodies.size(), [&](std::size_t i) {
         const SolverBody<S>& body = problem.bodies[i];
         const Mat3<S>& I = body.inverseInertia;
         masses_[i] = {body.inverseMass, {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}};
     });
-    joints_.couple(problem, rows_.v, masses_.data());
 }
 
 template <class S>
 void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h) {
+    readMasses(problem);
+    joints_.begin(problem, masses_.data());
     rows_.begin(problem, spring, warmStart, h);
-    joints_.layOut(problem);
-    readBodies(problem);
     const bool inLanes = ContactLanes<S>::areFor(problem);
     if (inLanes) {
         static_assert(sizeof(BodyMass<S>) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));

@@ -21,7 +21,7 @@ public:
     }
     void begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h);
     void relax(Problem<S>& problem, S h);
-    void readBodies(const Problem<S>& problem);
+    void readBodies(Problem<S>& problem);
     void writeBodies(Problem<S>& problem) const { rows_.writeBodies(problem); }
     void store(Problem<S>& problem, S h) {
         rows_.writeLambda(problem, h);
@@ -48,6 +48,7 @@ public:
     RowSweeps<S>& joints() { return rows_; }  // and locks; with the twists of all bodies
 
 private:
+    void readMasses(const Problem<S>& problem);
     // Friction, the impulses to start from, and the other terms.
     void beginContact(Problem<S>& problem, std::size_t c, const PushOutSpring<S>& spring, S warmStart, S h) const;
     S sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,

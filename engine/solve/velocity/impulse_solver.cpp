@@ -26,7 +26,7 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
     }
-    if (isCompact || settings_.def.geometricStiffness) {
+    if (!isCompact && settings_.def.geometricStiffness) {
         problem.respond();
     }
 

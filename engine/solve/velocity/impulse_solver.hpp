@@ -48,7 +48,7 @@ public:
     }
     // A sub-step begins, `system` with it, of ContactForm::Compact.
     virtual void begin(Problem<S>&, CompactSweeps<S>&, S) {}
-    // Whether iterate() reads Problem::responses. Compact sweeps do so for particles alone, whose never change.
+    // Whether iterate() reads what Problem::responses hold beside delassus.
     virtual bool readsResponses(const Problem<S>&) const { return form_ == ContactForm::Rows; }
     // Lowers the error of `system` by `iterations` sweeps; the second of those with ContactForm::Compact alone.
     virtual void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) = 0;

@@ -3,46 +3,62 @@
 namespace cairn {
 
 template <class S>
-void JointSweeps<S>::layOut(const Problem<S>& problem) {
-    const bool hasColours = !problem.jointOrder.empty();
-    visits_.resize(problem.blocks.size());
-    gradients_.resize(problem.rows.size());
-    problem.forEach(visits_.size(), [&](std::size_t i) {
-        const std::uint32_t k = hasColours ? problem.jointOrder[i] : static_cast<std::uint32_t>(i);
-        const RowBlock<S>& block = problem.blocks[k];
-        const std::size_t first = static_cast<std::size_t>(block.first);
-        Visit& visit = visits_[i];
-        visit.a = block.a;
-        visit.b = block.b;
-        visit.first = block.first;
-        visit.count = block.count;
-        visit.block = k;
-        visit.particles = block.particles;
-        visit.isPin = block.pointRows == 3 && !block.particles;
-        if (visit.isPin) {
-            visit.armA = block.armA;
-            visit.armB = block.armB;
-            for (std::size_t r = 0; r < 3; ++r) {
-                visit.axes[r] = problem.rows[first + r].b.template head<3>();
-            }
+void JointSweeps<S>::layOut(const Problem<S>& problem, std::size_t i, std::uint32_t k) {
+    const RowBlock<S>& block = problem.blocks[k];
+    const std::size_t first = static_cast<std::size_t>(block.first);
+    Visit& visit = visits_[i];
+    visit.a = block.a;
+    visit.b = block.b;
+    visit.first = block.first;
+    visit.count = block.count;
+    visit.block = k;
+    visit.particles = block.particles;
+    visit.isPin = block.pointRows == 3 && !block.particles;
+    if (visit.isPin) {
+        visit.armA = block.armA;
+        visit.armB = block.armB;
+        for (std::size_t r = 0; r < 3; ++r) {
+            visit.axes[r] = problem.rows[first + r].b.template head<3>();
         }
-        for (std::size_t r = visit.isPin ? 3 : 0; r < static_cast<std::size_t>(block.count); ++r) {
-            gradients_[first + r] = {problem.rows[first + r].a, problem.rows[first + r].b};
-        }
-    });
+    }
+    for (std::size_t r = visit.isPin ? 3 : 0; r < static_cast<std::size_t>(block.count); ++r) {
+        gradients_[first + r] = {problem.rows[first + r].a, problem.rows[first + r].b};
+    }
 }
 
 template <class S>
-void JointSweeps<S>::couple(const Problem<S>& problem, std::vector<Vec6<S>>& twists, const BodyMass<S>* masses) {
+void JointSweeps<S>::begin(Problem<S>& problem, const BodyMass<S>* masses) {
+    const bool hasColours = !problem.jointOrder.empty();
+    visits_.resize(problem.blocks.size());
+    gradients_.resize(problem.rows.size());
+    problem.responses.resize(problem.rows.size());
+    problem.forEach(visits_.size(), [&](std::size_t i) {
+        const std::uint32_t k = hasColours ? problem.jointOrder[i] : static_cast<std::uint32_t>(i);
+        layOut(problem, i, k);
+        const RowBlock<S>& block = problem.blocks[k];
+        for (int r = block.first + (visits_[i].isPin ? 3 : 0); r < block.first + block.count; ++r) {
+            const std::size_t row = static_cast<std::size_t>(r);
+            problem.responses[row] = problem.responseOf(problem.rows[row], block);
+        }
+    });
+    couple(problem, masses);
+}
+
+template <class S>
+void JointSweeps<S>::couple(Problem<S>& problem, const BodyMass<S>* masses) {
     problem.forEach(visits_.size(), [&](std::size_t i) {
         Visit& joint = visits_[i];
-        if (joint.isPin) {
-            const PushedBodies<S> bodies(twists.data(), masses, joint.a, joint.b);
-            const Vec3<S> by0 = bodies.answer(joint.armA, joint.armB, joint.axes[0]);
-            joint.coupling[0] = joint.axes[1].dot(by0);
-            joint.coupling[1] = joint.axes[2].dot(by0);
-            joint.coupling[2] = joint.axes[2].dot(bodies.answer(joint.armA, joint.armB, joint.axes[1]));
+        if (!joint.isPin) {
+            return;
         }
+        Vec3<S> by[3];  // m/s of b's point against a's, for a unit of each impulse
+        for (std::size_t r = 0; r < 3; ++r) {
+            by[r] = pointAnswer(masses[joint.a], masses[joint.b], joint.armA, joint.armB, joint.axes[r]);
+            problem.responses[static_cast<std::size_t>(joint.first) + r].delassus = joint.axes[r].dot(by[r]);
+        }
+        joint.coupling[0] = joint.axes[1].dot(by[0]);
+        joint.coupling[1] = joint.axes[2].dot(by[0]);
+        joint.coupling[2] = joint.axes[2].dot(by[1]);
     });
 }
 
@@ -144,26 +160,29 @@ S JointSweeps<S>::pushOne(const Problem<S>& problem, RowSweeps<S>& rows, const B
     const std::size_t end = first + static_cast<std::size_t>(joint.count);
     const S* const p = rows.p.data();
     S slope = 0;
-    for (std::size_t i = first; i < end; ++i) {
-        const S u = rowDot(problem.rows[i], block, [&](int body) -> const Vec6<S>& { return before[body]; });
-        slope += p[i] * (u + rows.terms[i].bias);
-    }
-    if (joint.particles) {
-        for (std::size_t i = first; i < end; ++i) {
-            rows.push(problem, i, block, p[i]);
-        }
-        return slope;
-    }
-    PushedBodies<S> bodies(rows.v.data(), masses, joint.a, joint.b);
     std::size_t i = first;
+    PushedBodies<S> bodies(rows.v.data(), masses, joint.a, joint.b);
     if (joint.isPin) {
-        bodies.push(joint.armA, joint.armB, p[i] * joint.axes[0] + p[i + 1] * joint.axes[1] + p[i + 2] * joint.axes[2]);
-        i += 3;
+        const Vec3<S> u = pointSpeed(before[joint.a], before[joint.b], joint.armA, joint.armB);
+        Vec3<S> impulse = Vec3<S>::Zero();
+        for (std::size_t r = 0; r < 3; ++r, ++i) {
+            slope += p[i] * (joint.axes[r].dot(u) + rows.terms[i].bias);
+            impulse += p[i] * joint.axes[r];
+        }
+        bodies.push(joint.armA, joint.armB, impulse);
     }
     for (; i < end; ++i) {
-        bodies.push(gradients_[i].a, gradients_[i].b, p[i]);
+        const S u = rowDot(problem.rows[i], block, [&](int body) -> const Vec6<S>& { return before[body]; });
+        slope += p[i] * (u + rows.terms[i].bias);
+        if (joint.particles) {
+            rows.push(problem, i, block, p[i]);
+        } else {
+            bodies.push(gradients_[i].a, gradients_[i].b, p[i]);
+        }
     }
-    bodies.putBack();
+    if (!joint.particles) {
+        bodies.putBack();
+    }
     return slope;
 }
 

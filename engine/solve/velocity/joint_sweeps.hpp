@@ -11,10 +11,11 @@ namespace cairn {
 template <class S>
 class JointSweeps {
 public:
-    // Takes the rows that the problem has written out, in the order that they are visited in.
-    void layOut(const Problem<S>& problem);
-    // The bodies have other masses, here and below by body.
-    void couple(const Problem<S>& problem, std::vector<Vec6<S>>& twists, const BodyMass<S>* masses);
+    // Takes the rows that the problem has written out, in the order that they are visited in. `masses`, here and below,
+    // of all bodies. Writes Problem::responses, as that says.
+    void begin(Problem<S>& problem, const BodyMass<S>* masses);
+    // The bodies have other masses.
+    void couple(Problem<S>& problem, const BodyMass<S>* masses);
     // As RowSystem::sweep().
     S sweep(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, S relaxation);
     // Pushes the bodies by the impulses of all rows. Gives p^T (J v + b) for the twists `before`.
@@ -34,6 +35,8 @@ private:
     struct Gradient {
         Vec6<S> a, b;
     };
+
+    void layOut(const Problem<S>& problem, std::size_t i, std::uint32_t block);
 
     S sweepOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const Visit& joint,
                S relaxation);

@@ -17,6 +17,21 @@ struct BodyMass {
     }
 };
 
+// Of b against a, m/s, at the point to which the arms (m, world) run from the centres of mass: for twists, and for a
+// unit of impulse there.
+template <class S>
+[[gnu::always_inline]] inline Vec3<S> pointSpeed(const Vec6<S>& a, const Vec6<S>& b, const Vec3<S>& armA,
+                                                 const Vec3<S>& armB) {
+    return b.template head<3>() + b.template tail<3>().cross(armB) - a.template head<3>() -
+           a.template tail<3>().cross(armA);
+}
+template <class S>
+[[gnu::always_inline]] inline Vec3<S> pointAnswer(const BodyMass<S>& a, const BodyMass<S>& b, const Vec3<S>& armA,
+                                                  const Vec3<S>& armB, const Vec3<S>& direction) {
+    return (a.inverse + b.inverse) * direction + a.spin(armA.cross(direction)).cross(armA) +
+           b.spin(armB.cross(direction)).cross(armB);
+}
+
 template <class S>
 class PushedBodies {
 public:
@@ -40,11 +55,6 @@ public:
         wa_ -= a_.spin(armA.cross(impulse));
         vb_ += b_.inverse * impulse;
         wb_ += b_.spin(armB.cross(impulse));
-    }
-    // How a push changes the speed there, m/s for a unit of impulse along `direction`.
-    [[gnu::always_inline]] Vec3<S> answer(const Vec3<S>& armA, const Vec3<S>& armB, const Vec3<S>& direction) const {
-        return (a_.inverse + b_.inverse) * direction + a_.spin(armA.cross(direction)).cross(armA) +
-               b_.spin(armB.cross(direction)).cross(armB);
     }
     // J v of a row with the gradients a and b, and a push along it.
     [[gnu::always_inline]] S speed(const Vec6<S>& a, const Vec6<S>& b) const {
