@@ -20,8 +20,8 @@ Vec3<S> geometricStiffness(const Vec3<S>& force, const Vec3<S>& arm) {
 }
 
 // Adds to the inertia of every body that joints hold by a force, from the forces of the last solve; the responses of
-// the rows stay as they were (Problem::respond()). freePhase: rad^2, (h omega)^2 of a body's swing under them that is left as it is; what is
-// added is only what goes beyond.
+// the rows stay as they were (Problem::respond()). freePhase: rad^2, (h omega)^2 of a body's swing under them that is
+// left as it is; what is added is only what goes beyond.
 template <class S>
 void addGeometricStiffness(Problem<S>& problem, S h, S freePhase = S(0)) {
     for (SolverBody<S>& body : problem.bodies) {

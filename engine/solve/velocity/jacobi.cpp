@@ -28,22 +28,18 @@ private:
             return;
         }
         std::vector<S> old = system.p;
-        std::vector<Vec6<S>> oldV = system.v;
         std::vector<S> extra(system.p.size());
-        std::vector<Vec6<S>> extraV(system.v.size());
         S before = 0;
         S radius = 0;  // of the iteration, from how fast its changes shrink
         S weight = 1;
         for (int k = 0; k < iterations; ++k) {
             const std::vector<S> start = system.p;
-            const std::vector<Vec6<S>> startV = system.v;
             const S change = system.sweepAtOnce(problem, relaxation, split);
             const S shrink = before > S(0) ? std::sqrt(change / before) : S(1);
             before = change;
             if (k < 2 || shrink >= S(1)) {
                 weight = 1;
                 old = start;
-                oldV = startV;
                 radius = k < 1 || shrink >= S(1) ? S(0) : shrink;
                 continue;
             }
@@ -52,12 +48,8 @@ private:
             for (std::size_t i = 0; i < extra.size(); ++i) {
                 extra[i] = (weight - S(1)) * (system.p[i] - old[i]);
             }
-            for (std::size_t i = 0; i < extraV.size(); ++i) {
-                extraV[i] = (weight - S(1)) * (system.v[i] - oldV[i]);
-            }
             old = start;
-            oldV = startV;
-            system.add(problem, extra, extraV);
+            system.push(problem, extra);
         }
         system.sweepAtOnce(problem, relaxation, split);  // back within the bounds
     }

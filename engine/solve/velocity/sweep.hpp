@@ -133,14 +133,10 @@ struct RowSystem {
         }
     }
     std::vector<Vec6<S>>& twists() { return v; }
-    // The same where it is known what those pushes make of the twists.
-    void add(const Problem<S>&, const std::vector<S>& impulses, const std::vector<Vec6<S>>& twists) {
-        for (std::size_t i = 0; i < p.size(); ++i) {
-            p[i] += impulses[i];
-        }
-        for (std::size_t i = 0; i < v.size(); ++i) {
-            v[i] += twists[i];
-        }
+    // The same, for conjugateSweeps(). The twists, which it knows, are made anew from the impulses: a jointed heap that
+    // Newton starts from here takes another way for each rounding of them.
+    void add(const Problem<S>& problem, const std::vector<S>& impulses, const std::vector<Vec6<S>>&) {
+        push(problem, impulses);
     }
 
     // Starts v from the impulses p of the last sub-step, scaled by the share in [0, 1] that lowers the dual objective
