@@ -140,7 +140,7 @@ private:
     static constexpr int heapSweeps = 20;       // with conjugate directions
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
     static constexpr S steep = S(2);  // of friction, above which a correction that is too high lets nothing carry
-    static constexpr double steadyShare = 3e-4;  // of the tolerances, to which what slides on as it did is solved
+    static constexpr double steadyShare = 1e-4;  // of the tolerances, to which what slides on as it did is solved
     static constexpr double jointRegularisation = 1e-4;  // at most, of rows without a cone: they seldom open and shut
     static constexpr double slowDecrease =
         0.25;  // of the residual from centre to centre, above which the regularisation tightens

@@ -39,7 +39,7 @@ private:
 };
 
 // Five bodies in a row on and beside a floor that moves: points open, shut and deep, with friction of either kind and
-// without, a particle among the bodies, and a joint.
+// without, a particle among the bodies, and joints with and without rows that hold a point.
 HandMadeIsland heap(TestRandom& random) {
     HandMadeIsland island;
     const BodyId floor = island.fixed(Vec3d(0, -1, 0));
@@ -50,6 +50,10 @@ HandMadeIsland heap(TestRandom& random) {
                                 : island.body(pose, 1 + k, Vec3d(0.2, 0.3, 0.4), random.vector(1), random.vector(2)));
     }
     island.join(BallDef{.a = bodies[1], .b = bodies[3], .anchor = Vec3d(1, 0.2, 0)});
+    HingeDef hinge{.a = bodies[2], .b = bodies[3], .anchor = Vec3d(1.5, 0, 0.1), .axis = Vec3d(1, 2, 0.5)};
+    hinge.friction = 0.02;
+    island.join(hinge);
+    island.join(SliderDef{.a = bodies[3], .b = bodies[5], .anchor = Vec3d(3, 0, 0), .axis = Vec3d(0, 1, 1)});
     Problem<double>& problem = island.problem;
     island[floor].v << 0.3, 0, 0.1, 0, 0.2, 0;
     island[floor].vBefore = island[floor].v;
@@ -96,8 +100,8 @@ TEST(CompactSweeps, AnswerAsRowsWrittenOut) {
             HandMadeIsland island = heap(random);
             if (trial % 2 == 1) {
                 // As of a large island, whose joints are swept as contacts are.
-                island.problem.jointOrder = {0};
-                island.problem.jointColours = {1};
+                island.problem.jointOrder = {0, 1, 2};
+                island.problem.jointColours = {1, 3};
             }
             const Problem<double> start = island.problem;
             struct Answer {
