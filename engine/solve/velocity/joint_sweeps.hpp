@@ -1,6 +1,6 @@
 #pragma once
 // The joints and locks of an island as sweeps visit them, colour by colour where it has colours: the update of
-// sweep.hpp, for the same numbers to rounding, of a third of the work. Three rows that hold two points together (a pin:
+// sweep.hpp, for the same numbers to rounding, of half the work. Three rows that hold two points together (a pin:
 // ball, hinge, weld, cone) have one speed, of b's point against a's; how each of them changes what the next one sees is
 // known beforehand, so that they push once.
 #include "engine/solve/velocity/pushed_bodies.hpp"
@@ -37,7 +37,6 @@ private:
     };
 
     void layOut(const Problem<S>& problem, std::size_t i, std::uint32_t block);
-
     S sweepOne(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, const Visit& joint,
                S relaxation);
     static S sweepPin(const RowTerms<S>* terms, S* p, const Visit& joint, S relaxation, PushedBodies<S>& bodies);
