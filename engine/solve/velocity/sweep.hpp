@@ -230,12 +230,14 @@ private:
 template <class S, class System, class P>
 void conjugateSweeps(System& system, P& problem, int count) {
     // Where a sweep begins, the direction so far, and the share of it that is added, in impulses and in twists.
-    std::vector<S> start, now, direction, along;
+    static thread_local std::vector<S> start, now, direction, along;
+    static thread_local std::vector<Vec6<S>> startV, directionV, alongV;
     std::vector<Vec6<S>>& v = system.twists();
-    std::vector<Vec6<S>> startV, directionV(v.size(), Vec6<S>::Zero()), alongV(v.size());
     system.copyImpulses(problem, now);
     direction.assign(now.size(), S(0));
     along.resize(now.size());
+    directionV.assign(v.size(), Vec6<S>::Zero());
+    alongV.resize(v.size());
     S before = 0;
     for (int k = 0; k < count; ++k) {
         system.copyImpulses(problem, start);
@@ -248,14 +250,17 @@ void conjugateSweeps(System& system, P& problem, int count) {
         if (k + 1 == count) {
             return;
         }
-        problem.forEach(direction.size(), [&](std::size_t i) {
-            along[i] = beta * direction[i];
-            direction[i] = along[i] + (now[i] - start[i]);
-        });
-        problem.forEach(directionV.size(), [&](std::size_t i) {
-            alongV[i] = beta * directionV[i];
-            directionV[i] = alongV[i] + (v[i] - startV[i]);
-        });
+        // What is this thread's own, for whichever thread takes a part.
+        problem.forEach(direction.size(),
+                        [beta, to = along.data(), d = direction.data(), p = now.data(), p0 = start.data()](auto i) {
+                            to[i] = beta * d[i];
+                            d[i] = to[i] + (p[i] - p0[i]);
+                        });
+        problem.forEach(directionV.size(),
+                        [beta, to = alongV.data(), d = directionV.data(), p = v.data(), p0 = startV.data()](auto i) {
+                            to[i] = beta * d[i];
+                            d[i] = to[i] + (p[i] - p0[i]);
+                        });
         if (beta > S(0)) {
             system.add(problem, along, alongV);
         }
