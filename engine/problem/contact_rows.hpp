@@ -53,11 +53,16 @@ public:
     virtual PointGiven<S> givenBy(std::size_t contact, std::size_t point) const = 0;
 };
 
-// The speed of b against a at a contact point, m/s.
+// The speed of b against a, m/s, at the point to which the arms (m, world) run from the centres of mass.
+template <class S>
+[[gnu::always_inline]] inline Vec3<S> pointSpeed(const Vec3<S>& armA, const Vec3<S>& armB, const Vec6<S>& va,
+                                                 const Vec6<S>& vb) {
+    return vb.template head<3>() + vb.template tail<3>().cross(armB) - va.template head<3>() -
+           va.template tail<3>().cross(armA);
+}
 template <class S>
 [[gnu::always_inline]] inline Vec3<S> pointSpeed(const ContactRows<S>& point, const Vec6<S>& va, const Vec6<S>& vb) {
-    return vb.template head<3>() + vb.template tail<3>().cross(point.armB) - va.template head<3>() -
-           va.template tail<3>().cross(point.armA);
+    return pointSpeed(point.armA, point.armB, va, vb);
 }
 
 }  // namespace cairn

@@ -103,7 +103,7 @@ struct DirectTuning {
     static constexpr double deSaxceShare = 5e-3;
     // Of that, for a body by itself: a box on tiles, whose points change at each seam, goes .06 mm off the path that it
     // takes over one piece in 10 m (at 1: 1.8 mm).
-    static constexpr double slidingShare = .3;
+    static constexpr double slidingShare = 0.3;
     // Of the tolerance, where a step settles: what is then repeated must balance to the digits that are left.
     static constexpr double settledShare = 1e-7;
 

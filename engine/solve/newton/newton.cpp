@@ -362,9 +362,8 @@ bool ContactNewton<S>::slidesOn(const Problem<S>& problem, const NewtonOptions& 
     startDeSaxce(problem, before, true);
     momentumVelocity(problem);
     report.residual = residual(problem);
-    const bool isSteep =
-        std::any_of(system.friction.begin(), system.friction.end(), [](S friction) { return friction > steep; });
-    if (!options.slidesOn || isSteep || report.residual <= options.tolerance) {
+    if (!options.slidesOn || report.residual <= options.tolerance ||
+        std::any_of(system.friction.begin(), system.friction.end(), [](S friction) { return friction > steep; })) {
         return false;
     }
     startDeSaxce(problem, system.v, false);

@@ -25,9 +25,9 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     }
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
-    }
-    if (!isCompact && settings_.def.geometricStiffness) {
-        problem.respond();
+        if constexpr (!isCompact) {
+            problem.respond();
+        }
     }
 
     system.begin(problem, pushOut_.spring(h, static_cast<S>(settings_.maxPushOutSpeed)),
@@ -44,7 +44,11 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     if (settings_.def.geometricStiffness) {
         addGeometricStiffness(problem, h);
     }
-    if (readsResponses(problem)) {
+    // Where nothing turned its inertia, rows answer as before.
+    const bool isTurned = settings_.def.geometricStiffness ||
+                          std::any_of(problem.bodies.begin(), problem.bodies.end(),
+                                      [](const auto& body) { return body.gyroscopic != GyroscopicRule::None; });
+    if (isTurned && readsResponses(problem)) {
         problem.respond();
     }
     system.readBodies(problem);

@@ -163,7 +163,7 @@ S JointSweeps<S>::pushOne(const Problem<S>& problem, RowSweeps<S>& rows, const B
     std::size_t i = first;
     PushedBodies<S> bodies(rows.v.data(), masses, joint.a, joint.b);
     if (joint.isPin) {
-        const Vec3<S> u = pointSpeed(before[joint.a], before[joint.b], joint.armA, joint.armB);
+        const Vec3<S> u = pointSpeed(joint.armA, joint.armB, before[joint.a], before[joint.b]);
         Vec3<S> impulse = Vec3<S>::Zero();
         for (std::size_t r = 0; r < 3; ++r, ++i) {
             slope += p[i] * (joint.axes[r].dot(u) + rows.terms[i].bias);

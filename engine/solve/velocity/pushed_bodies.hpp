@@ -17,14 +17,8 @@ struct BodyMass {
     }
 };
 
-// Of b against a, m/s, at the point to which the arms (m, world) run from the centres of mass: for twists, and for a
-// unit of impulse there.
-template <class S>
-[[gnu::always_inline]] inline Vec3<S> pointSpeed(const Vec6<S>& a, const Vec6<S>& b, const Vec3<S>& armA,
-                                                 const Vec3<S>& armB) {
-    return b.template head<3>() + b.template tail<3>().cross(armB) - a.template head<3>() -
-           a.template tail<3>().cross(armA);
-}
+// By how much a unit of impulse on b at the point to which the arms (m, world) run changes the speed there, of b
+// against a, m/s.
 template <class S>
 [[gnu::always_inline]] inline Vec3<S> pointAnswer(const BodyMass<S>& a, const BodyMass<S>& b, const Vec3<S>& armA,
                                                   const Vec3<S>& armB, const Vec3<S>& direction) {
