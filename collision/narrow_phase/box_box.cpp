@@ -1,4 +1,5 @@
 #include "collision/narrow_phase/pairs.hpp"
+#include "collision/shapes/constants.hpp"
 
 #include <algorithm>
 
@@ -157,6 +158,22 @@ bool isAlongFace(const Convex& a, const Convex& b, const Vec3d& n) {
 }
 
 }  // namespace
+
+SeparatingAxis bestAxis(const Convex& a, const Convex& b) {
+    const Mat3d absRotation = b.rotation.cwiseAbs();
+    FaceAxes faces;
+    EdgeAxes edges;
+    facesWithin(a, b, absRotation, infinity, faces);
+    edgesWithin(a, b, absRotation, infinity, faces, edges);
+    if (edges.a >= 0) {
+        const Vec3d n = Vec3d::Unit(edges.a).cross(b.rotation.col(edges.b)) / edges.length;
+        return {n.dot(b.position) < 0 ? Vec3d(-n) : n, edges.apart};
+    }
+    if (faces.apartA >= faces.apartB) {
+        return {std::copysign(1.0, b.position[faces.axisA]) * Vec3d::Unit(faces.axisA), faces.apartA};
+    }
+    return {std::copysign(1.0, faces.centreInB[faces.axisB]) * b.rotation.col(faces.axisB), faces.apartB};
+}
 
 // Separating axes (Gottschalk, Lin, Manocha 1996): 6 face normals and 9 cross products of edges, by the largest
 // separation. Faces are preferred, the first box's most.

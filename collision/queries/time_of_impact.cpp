@@ -91,7 +91,8 @@ public:
         const Vec3d fixed = rotationA_ * normal_;
         const double now = along();
         const bool isApart = now - approachOf(motionA_, armA_, motionB_, armB_, fixed) > least + slack.tolerance ||
-                             (now > bound && alongAt(1, fixed) > bound);
+                             (now > bound && alongAt(1, fixed) > bound) ||
+                             (areBoxes() && (isApartAlongBest(0, bound) || isApartAlongBest(1, bound)));
         normal_.setZero();
         return isApart;
     }
@@ -197,6 +198,14 @@ private:
         return along();
     }
 
+    bool areBoxes() const { return a_.kind == ShapeKind::Box && b_.kind == ShapeKind::Box; }
+    // Whether the axis along which two boxes lie farthest apart at one end parts them at both.
+    bool isApartAlongBest(double end, double bound) {
+        place(end);
+        const SeparatingAxis axis = bestAxis(a_, b_);
+        return axis.separation > bound && alongAt(1 - end, rotationA_ * axis.normal) > bound;
+    }
+
     // What turns goes beyond the line between start and end by this at most, m: a chord's sagitta.
     double bendIn(double time) const {
         return 0.125 * time * time * (armA_ * motionA_.turn.squaredNorm() + armB_ * motionB_.turn.squaredNorm());
@@ -225,14 +234,29 @@ private:
                (alongAt(to.t, from.direction) > bound || alongAt(from.t, to.direction) > bound);
     }
 
+    // Both shapes, in the world and to each other.
+    struct Placement {
+        bool isKnown = false;
+        Mat3d rotationA;
+        Vec3d origin;
+        Mat3d rotationB;
+        Vec3d positionB;
+    };
     void place(double t) {
-        const Posed worldFromA = motionA_.at(t) * poseA_;
-        const Posed worldFromB = motionB_.at(t) * poseB_;
-        const Posed aFromB = relativePose(worldFromA, worldFromB);
-        origin_ = worldFromA.position;
-        rotationA_ = worldFromA.rotation.toRotationMatrix();
-        b_.rotation = aFromB.rotation.toRotationMatrix();
-        b_.position = aFromB.position;
+        // The ends are asked for again and again.
+        Placement between;
+        Placement& p = t == 0 ? start_ : t == 1 ? end_ : between;
+        if (!p.isKnown) {
+            const Posed worldFromA = motionA_.at(t) * poseA_;
+            const Posed worldFromB = motionB_.at(t) * poseB_;
+            const Posed aFromB = relativePose(worldFromA, worldFromB);
+            p = {true, worldFromA.rotation.toRotationMatrix(), worldFromA.position, aFromB.rotation.toRotationMatrix(),
+                 aFromB.position};
+        }
+        origin_ = p.origin;
+        rotationA_ = p.rotationA;
+        b_.rotation = p.rotationB;
+        b_.position = p.positionB;
     }
 
     // Makes a direction of the world the present one; a plane keeps its own.
@@ -267,6 +291,15 @@ private:
         if (isPlane_) {
             separation_ = along();
             return;
+        }
+        if (areBoxes()) {
+            const SeparatingAxis axis = bestAxis(a_, b_);
+            if (axis.separation < 0) {
+                near_ = {};
+                normal_ = axis.normal;
+                separation_ = axis.separation;
+                return;
+            }
         }
         const Vec3d start = normal_.squaredNorm() > 0.5 ? normal_ : Vec3d(centreOf(b_) - centreOf(a_));
         const GjkAnswer g = gjk(a_, b_, start, Vec3d::Zero(), infinity);
@@ -327,6 +360,8 @@ private:
     GjkAnswer near_;
     Mat3d rotationA_ = Mat3d::Identity();
     Vec3d origin_ = Vec3d::Zero();
+    Placement start_;
+    Placement end_;
     int hintA_ = 0;
     int hintB_ = 0;
     Scratch scratch_;

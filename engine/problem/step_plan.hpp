@@ -19,6 +19,7 @@ struct ControllerState {
     int settleAfter = 8;      // such steps; twice as many after each try
     bool wasResting = false;  // auto: StepPlan::rests of the last plan
     double directWork = 0;    // auto: what `direct` took lately, or would have; less from step to step
+    double sweptVisits = 0;   // work a row and sub-step of the last step that was swept, factors and all
     double substep = 0;       // s, of the last step or subdivision that was swept, as planned; halvings do not count
     double position = 0;      // m, IslandError::position of the last step
     double work = 0;          // SolveReport::work of the last step

@@ -18,7 +18,7 @@ constexpr double defaultDirectWork = 3e5;
 // What the sub-stepped sweeps of one row cost in a step, in block multiply-adds (a wall of 5050 boxes: 60,000 rows, 300
 // ms): where the sweeps are no cheaper, `direct` takes the island whatever its size.
 constexpr double sweptRow = 50;
-// Visits of a row in a sub-step of gauss_seidel, nncg and hybrid.
+// Visits of a row in a sub-step of gauss_seidel, nncg and hybrid, at the least: a factor comes beside.
 constexpr double sweptVisits = 3;
 constexpr double conjugateVisits = 12;
 constexpr double hybridVisits = 8;
@@ -100,6 +100,9 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
+    // What moves is left enough for a swept sub-step, should no exact solution be found.
+    const double swept = moves ? std::max(sweeper(problem, plan).visits, state.sweptVisits) * rows : 0;
+    plan.maxWork = std::min(plan.maxWork, std::max(0.0, problem.limits.maxWork - swept));
     const double maxWork = std::min(plan.maxWork, problem.limits.maxWork);
     // Exact solutions are taken only where they can be afforded: what they took of late, and then, since it has its
     // price to know, what a factor will. What is calm needs no iterations.
@@ -120,10 +123,11 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     plan.maxWorkAnew = rows > 0 ? problem.limits.workPerRowAnew * rows : infinity<double>();
     plan.mayBeRefused = false;
     const Sweeper by = sweeper(problem, plan);
-    const double affordable = problem.limits.maxWork / std::max(1.0, by.visits * rows);
-    const StepPlan swept = by.solver.plan(problem, state, dt);
-    const int wanted = swept.substeps;
-    plan.guard = swept.guard;
+    const double visits = std::max(by.visits, state.sweptVisits);
+    const double affordable = problem.limits.maxWork / std::max(1.0, visits * rows);
+    const StepPlan asked = by.solver.plan(problem, state, dt);
+    const int wanted = asked.substeps;
+    plan.guard = asked.guard;
     plan.substeps = affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
     return plan;
 }

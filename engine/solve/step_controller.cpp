@@ -200,6 +200,10 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
             }
             if (sound || isShortest) {
                 course.take(one);
+                if (plan.sweeps()) {
+                    state_.sweptVisits = one.work / std::max(1.0, problem_.expectedRows());
+                    course.shorten(maxWork, one);
+                }
                 continue;
             }
             beginAnew(limits.isCold ? 1 : 0, one.work);

@@ -407,7 +407,12 @@ bool JointNewton<S>::solve(Problem<S>& problem, S h, const JointNewtonOptions& o
     start(problem, h, options);
     visited();
     bool found = isSettled(wide, options);
+    const double workOfOne = visitsOfProduct * factor_.work() + static_cast<double>(rows_.size());
     const auto step = [&] {
+        if (report.work + workOfOne > problem.limits.maxWork) {
+            report.truncated = true;
+            return false;
+        }
         chooseActive();
         stiffen(wide);
         ++report.newtonIterations;
