@@ -560,6 +560,9 @@ std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motion
 }  // namespace
 
 Posed Motion::at(double fraction) const {
+    if (fraction == 0) {
+        return start;
+    }
     const Vec3d place = start * centre + fraction * displacement;
     const Quatd turned = (expQuat<double>(fraction * turn) * start.rotation).normalized();
     return {place - turned * centre, turned};

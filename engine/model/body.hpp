@@ -83,8 +83,10 @@ struct Body {
     bool stands() const { return !changed && (rests() || settled); }
     Pose<S> framePose() const { return {pose.position - pose.rotation * kind->localCentre, pose.rotation}; }
     // The body's frame as the narrow phase wants it.
-    Posed framePoseDouble() const {
-        const Posed p = pose.template cast<double>();
+    Posed framePoseDouble() const { return frameAt(pose); }
+    // The same, were its centre of mass there.
+    Posed frameAt(const Pose<S>& centre) const {
+        const Posed p = centre.template cast<double>();
         return {p.position - p.rotation * kind->localCentre.template cast<double>(), p.rotation};
     }
     // Of the centre of mass when it was added, for axis locks.

@@ -19,7 +19,7 @@ struct ControllerState {
     int settleAfter = 8;      // such steps; twice as many after each try
     bool wasResting = false;  // auto: StepPlan::rests of the last plan
     double directWork = 0;    // auto: what `direct` took lately, or would have; less from step to step
-    double sweptVisits = 0;   // work a row and sub-step of the last step that was swept, factors and all
+    double sweptVisits = 0;   // auto: work a row and sub-step of sweeps lately, with a factor over the joints
     double substep = 0;       // s, of the last step or subdivision that was swept, as planned; halvings do not count
     double position = 0;      // m, IslandError::position of the last step
     double work = 0;          // SolveReport::work of the last step
@@ -49,7 +49,10 @@ struct StepPlan {
     int iterationCap = 0;  // the most Newton iterations that the bound on work pays for; 0: no cap but the solver's own
     // As SubstepLimits::maxWork, of the step: what the solver holds it worth.
     double maxWork = std::numeric_limits<double>::infinity();
-    bool rests = false;        // auto: nothing in it moves
+    double kept = 0;           // of SubstepLimits::maxWork, for what takes over where no exact solution is found
+    bool isTruncated = false;  // auto: SubstepLimits::maxWork pays for fewer sub-steps than it would take
+    bool sweepsJoints = false;  // auto: nor for a factor over the joints, in even one
+    bool rests = false;         // auto: nothing in it moves
     bool settles = false;      // it may be at rest: solved to the last digits
     bool mayBeRefused = true;  // a sub-step of it, for a shorter one
     Guard guard = Guard::None;

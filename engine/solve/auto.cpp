@@ -101,9 +101,8 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
     // What moves is left enough for a swept sub-step, should no exact solution be found.
-    const double swept = moves ? std::max(sweeper(problem, plan).visits, state.sweptVisits) * rows : 0;
-    plan.maxWork = std::min(plan.maxWork, std::max(0.0, problem.limits.maxWork - swept));
-    const double maxWork = std::min(plan.maxWork, problem.limits.maxWork);
+    plan.kept = moves ? std::max(sweeper(problem, plan).visits, state.sweptVisits) * rows : 0;
+    const double maxWork = std::min(plan.maxWork, problem.limits.maxWork - plan.kept);
     // Exact solutions are taken only where they can be afforded: what they took of late, and then, since it has its
     // price to know, what a factor will. What is calm needs no iterations.
     const bool isTooDear = state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
@@ -120,24 +119,33 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
         return plan;
     }
     plan.maxWork = infinity<double>();
+    plan.kept = 0;
     plan.maxWorkAnew = rows > 0 ? problem.limits.workPerRowAnew * rows : infinity<double>();
     plan.mayBeRefused = false;
+    const auto affordableSubsteps = [&](double visits) {
+        return problem.limits.maxWork / std::max(1.0, visits * rows);
+    };
+    double affordable = affordableSubsteps(std::max(sweeper(problem, plan).visits, state.sweptVisits));
+    if (affordable < 1 && isJointed(problem)) {
+        plan.sweepsJoints = true;
+        affordable = affordableSubsteps(sweptVisits);
+    }
     const Sweeper by = sweeper(problem, plan);
-    const double visits = std::max(by.visits, state.sweptVisits);
-    const double affordable = problem.limits.maxWork / std::max(1.0, visits * rows);
     const StepPlan asked = by.solver.plan(problem, state, dt);
     const int wanted = asked.substeps;
     plan.guard = asked.guard;
-    plan.substeps = affordable < wanted ? std::max(1, static_cast<int>(affordable)) : wanted;
+    plan.isTruncated = affordable < wanted;
+    plan.substeps = plan.isTruncated ? std::max(1, static_cast<int>(affordable)) : wanted;
     return plan;
 }
 
 template <class S>
 typename Auto<S>::Sweeper Auto<S>::sweeper(const Problem<S>& problem, const StepPlan& plan) const {
-    if (isJointed(problem)) {
+    if (isJointed(problem) && !plan.sweepsJoints) {
         return {*hybrid_, hybridVisits};
     }
-    return plan.activeSetChanging ? Sweeper{*gaussSeidel_, sweptVisits} : Sweeper{*nncg_, conjugateVisits};
+    return plan.activeSetChanging || plan.sweepsJoints ? Sweeper{*gaussSeidel_, sweptVisits}
+                                                       : Sweeper{*nncg_, conjugateVisits};
 }
 
 template <class S>

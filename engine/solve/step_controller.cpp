@@ -92,15 +92,16 @@ bool StepController<S>::learn(const SolveReport& report) {
 template <class S>
 SolveReport StepController<S>::advance(const Course& course, double maxWork) {
     SubstepLimits& limits = problem_.limits;
-    const double worth = std::min(maxWork, problem_.plan.maxWork);
-    limits.isByPlan = worth < maxWork;
+    const double allowed = maxWork - problem_.plan.kept;
+    const double worth = std::min(allowed, problem_.plan.maxWork);
+    limits.isByPlan = worth < allowed;
     if (!course.isFirst && mayBeginAnew(problem_.plan)) {
         problem_.keepBodies(problem_.atSubstep);
     }
     limits.isFirst = course.isFirst;
     limits.isLast = course.left == 1;
     limits.mayRefuse = state_.halvings < maxHalvings && course.sum.work <= shareToRefuse * worth;
-    limits.maxWork = (worth - course.sum.work) / course.left;
+    limits.maxWork = std::max(0.0, worth - course.sum.work) / course.left;
     SolveReport one = solver_.advance(problem_, course.h);
     if (limits.isByPlan && course.left > 1 && course.sum.work + one.work > worth) {
         // More than it is worth, and not at its end.
@@ -117,7 +118,9 @@ typename StepController<S>::Course StepController<S>::begin(S dt, int substeps, 
     problem_.limits.closingTime = std::max(planned, state_.substep);
     problem_.beginImpulses();
     balance.open(problem_, solver_.balances());
-    return {.sum = cost, .h = dt / static_cast<S>(substeps), .left = substeps};
+    Course course{.sum = cost, .h = dt / static_cast<S>(substeps), .left = substeps};
+    course.sum.truncated = course.sum.truncated || problem_.plan.isTruncated;
+    return course;
 }
 
 template <class S>
@@ -132,12 +135,13 @@ void StepController<S>::end(S dt, const Course& course, Solution& solution) {
 }
 
 template <class S>
-int StepController<S>::affordableHalvings(const Course& course, int wanted, const SolveReport& one) const {
+int StepController<S>::affordableHalvings(const Course& course, double maxWork, int wanted,
+                                          const SolveReport& one) const {
     const StepPlan& plan = problem_.plan;
     int more = std::min(wanted, maxHalvings - state_.halvings);
     const auto cost = [&] { return course.sum.work + one.work * (1 + (plan.substeps << (state_.halvings + more))); };
     // What is not finite is worth any price.
-    while (more > 0 && std::isfinite(one.energyGained) && cost() > plan.maxWorkAnew) {
+    while (more > 0 && std::isfinite(one.energyGained) && cost() > std::min(plan.maxWorkAnew, maxWork)) {
         --more;
     }
     return more;
@@ -177,7 +181,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     };
     while (course.left > 0) {
         SolveReport one = advance(course, maxWork);
-        if (const int more = start ? affordableHalvings(course, problem_.halvingsAsked, one) : 0; more > 0) {
+        if (const int more = start ? affordableHalvings(course, maxWork, problem_.halvingsAsked, one) : 0; more > 0) {
             beginAnew(more, one.work);
             continue;
         }
@@ -194,14 +198,15 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         one.truncated = one.truncated && !limits.isByPlan;
         if (!one.tooLong) {
             const bool sound = !guards || isSound(plan.guard, one);
-            const bool isShortest = affordableHalvings(course, 1, one) == 0;
+            const bool isShortest = affordableHalvings(course, maxWork, 1, one) == 0;
             if ((!sound && isShortest) || (!guards && one.energyGained > explosion * one.energyInPlay)) {
                 balance.takeBack(problem_, one);
             }
             if (sound || isShortest) {
                 course.take(one);
                 if (plan.sweeps()) {
-                    state_.sweptVisits = one.work / std::max(1.0, problem_.expectedRows());
+                    state_.sweptVisits =
+                        plan.sweepsJoints ? state_.sweptVisits : one.work / std::max(1.0, problem_.expectedRows());
                     course.shorten(maxWork, one);
                 }
                 continue;
@@ -214,6 +219,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
         cost.newtonIterations = (goesOn ? 0 : course.sum.newtonIterations) + one.newtonIterations;
         cost.factorisations = (goesOn ? 0 : course.sum.factorisations) + one.factorisations;
         cost.work = (goesOn ? 0 : course.sum.work) + one.work;
+        cost.truncated = !goesOn && one.truncated;
         if (goesOn) {
             problem_.bodies = course.isFirst ? problem_.atStep : problem_.atSubstep;
             course.sum += cost;

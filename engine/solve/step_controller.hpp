@@ -85,7 +85,7 @@ private:
         }
     };
     // Of `wanted` halvings, for a step that begins anew, as many as are left and as it is worth after a sub-step `one`.
-    int affordableHalvings(const Course& course, int wanted, const SolveReport& one) const;
+    int affordableHalvings(const Course& course, double maxWork, int wanted, const SolveReport& one) const;
     void setLimits(double maxWork);  // of a subdivision
     // At the start of a subdivision of dt, or of one that begins anew after `cost`.
     Course begin(S dt, int substeps, const SolveReport& cost, Balance<S>& balance);

@@ -25,12 +25,19 @@ struct CcdCounts {
                          // something after the last iteration
 };
 
-// The largest displacement of a point within `radius` (m) of the body's centre between two poses.
+// The box that a body's shapes stay in on their way from where it was, turning evenly (dt: s, of the step).
 template <class S>
-double maxDisplacement(const Pose<S>& from, const Pose<S>& to, double radius) {
-    const double arc = std::isfinite(radius) ? 2 * radius : 0;
-    return static_cast<double>((to.position - from.position).norm()) +
-           arc * static_cast<double>((from.rotation.conjugate() * to.rotation).vec().norm());
+Aabb boxOfWay(const Body<S>& body, const Before<S>& before, double dt) {
+    const std::vector<Shape>& shapes = body.kind->def.shapes;
+    const Aabb from = bounds(shapes, body.frameAt(before.pose()));
+    const Aabb to = bounds(shapes, body.framePoseDouble());
+    // A turn leads out of the box about its ends by an arc's sagitta; by more than half a turn anywhere.
+    constexpr double farTurn = 3;  // rad
+    const double radius = std::isfinite(body.kind->radius) ? body.kind->radius : 0;
+    const double spin = static_cast<double>(std::max(body.w.norm(), before.w.norm()));
+    const double cosine = std::abs(static_cast<double>(before.rotation.dot(body.pose.rotation)));
+    const double bulge = dt * spin < farTurn ? radius * std::max(0.0, 1 - cosine) : 2 * radius;
+    return Aabb{from.min.cwiseMin(to.min), from.max.cwiseMax(to.max)}.grown(bulge);
 }
 
 // Whether its filter lets it collide with nothing at all.

@@ -26,6 +26,7 @@ struct World<S>::Impl {
     BudgetKeeper budget;
     BudgetLoad load;          // of this step
     double solveSeconds = 0;  // of this step, by the budget's clock
+    bool leavesUndone = false;  // this step, of an exact solution
     const std::uint32_t firstGeneration = firstGenerationOfWorld();
     BodyTable<S> bodies{firstGeneration};
     BodyMaker<S> bodyMaker;

@@ -65,6 +65,8 @@ void World<S>::Impl::record(const Island& island, const IslandState& state) {
         counts.solves += solution.solves;
     }
     counts.truncated += s.truncated ? 1 : 0;
+    // Sweeps in fewer sub-steps are what a budget pays for; an exact solution wants the rest in the next step.
+    leavesUndone = leavesUndone || (s.truncated && s.sweptSolves == 0);
     // Sweeps that are too few for the masses let bodies into each other and draw ropes out, step after step, and say
     // nothing.
     constexpr double maxSunk = 0.002;  // m a step

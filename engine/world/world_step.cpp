@@ -41,12 +41,13 @@ void World<S>::Impl::step(S dt) {
         return;
     }
     solveSeconds = 0;
+    leavesUndone = false;
     const double start = budgetClock();
     move(dt);
     if (report.qualityLevel >= 0) {
         budget.learn(report.qualityLevel, load,
                      {.work = report.counts.work,
-                      .truncated = report.counts.truncated > 0,
+                      .truncated = leavesUndone,
                       .solve = solveSeconds,
                       .rest = budgetClock() - start - solveSeconds});
     }
@@ -192,9 +193,7 @@ void World<S>::Impl::catchFastBodies(S dt) {
     }
     // Boxes that hold every body all the way from where it was: most of those it has already do.
     const auto wayBox = [&](std::uint32_t i) {
-        const Body<S>& b = bodies[i];
-        const double moved = maxDisplacement(before[i].pose(), b.pose, b.kind->radius);
-        return bounds(b.kind->def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + moved);
+        return boxOfWay(bodies[i], before[i], static_cast<double>(dt)).grown(0.5 * def.contactMargin);
     };
     moveThose([&](std::uint32_t i) { return broadPhase.contains(i) && !broadPhase.holds(i, wayBox(i)); },
               [&](std::uint32_t i) { broadPhase.move(i, wayBox(i), Vec3d::Zero()); });

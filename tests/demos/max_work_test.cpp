@@ -1,0 +1,43 @@
+// The bound on a step's work, by scene: what it does not pay for is left undone, and said.
+#include "demos/simulation.hpp"
+#include "tests/engine/engine_kit.hpp"
+
+#include <gtest/gtest.h>
+
+namespace cairn {
+namespace {
+
+struct Bounded {
+    double most = 0;  // work of a step, over what was allowed
+    int truncatedSteps = 0;
+};
+
+Bounded runBounded(const std::string& name, double maxWork) {
+    Scene scene = makeScene(name);
+    scene.world.accuracy.maxWork = maxWork;
+    const auto simulation = makeSimulation(scene);
+    Bounded run;
+    for (int i = 0; i < 180; ++i) {
+        const StepCounts& counts = simulation->step(1.0 / 60).counts;
+        run.most = std::max(run.most, counts.work / maxWork);
+        run.truncatedSteps += counts.truncated > 0 ? 1 : 0;
+    }
+    return run;
+}
+
+// A factor over the joints is most of what a swept sub-step takes; four of them take four times what is allowed.
+TEST(MaxWork, IsKeptByDolls) {
+    const Bounded run = runBounded("ragdoll_pile", 1e5);
+    expectBelow("work over what was allowed", run.most, 1.6);
+    EXPECT_GT(run.truncatedSteps, 60);
+}
+
+// An exact solution of joints alone may take thirty times what is allowed.
+TEST(MaxWork, IsKeptByANet) {
+    const Bounded run = runBounded("net", 5e4);
+    expectBelow("work over what was allowed", run.most, 1.2);
+    EXPECT_GT(run.truncatedSteps, 0);
+}
+
+}  // namespace
+}  // namespace cairn
