@@ -69,7 +69,11 @@ template <class S>
 FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
     constexpr S farTurn = S(2);
     constexpr S maxTurn = turnInOne<S>;
-    constexpr int maxParts = 10000;  // 2500 rad; beyond, the spin stays as it is
+    // So many parts are as small as maxTurn; of farther turns they grow, up to where one may have no answer: energy and
+    // momentum are kept all the same, and where in its wobble a body is after ten turns a sub-step is not to be seen.
+    constexpr int smallParts = 256;
+    constexpr S largestTurn = S(1.5);
+    constexpr int maxParts = 2000;  // up to 3000 rad; beyond, the spin stays as it is
     Vec3<S> w = w1;
     Vec3<S> next;
     if (h * w.norm() <= maxTurn && midpointEnd(inertia, w, h, next)) {
@@ -86,11 +90,12 @@ FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
     S length = 0;                   // rad
     S left = h;
     S limit = h;
+    const S partTurn = std::clamp(h * w.norm() / S(smallParts), maxTurn, largestTurn);
     for (int part = 0; left > S(0); ++part) {
         if (part == maxParts || !(limit > S(0))) {
             return {w1, w1, h * w1};
         }
-        const S step = std::min({left, limit, maxTurn / w.norm()});
+        const S step = std::min({left, limit, partTurn / w.norm()});
         if (!midpointEnd(inertia, w, step, next)) {
             limit = S(0.5) * step;
             continue;

@@ -25,6 +25,8 @@ constexpr double leftUndone = 2;
 // m, of an error that is worth a jolt to be rid of.
 constexpr double worthAJolt = 0.01;
 constexpr int longestBackoff = 128;
+// Times the planned sub-steps, what is tried to find an answer that is finite.
+constexpr double worthOfFinite = 16;
 // Of the energy in play, what a sub-step that nothing guards may make of nothing before it is taken out again: bodies
 // born in each other, thin rods that turn by radians a sub-step.
 constexpr double explosion = 0.1;
@@ -103,7 +105,7 @@ SolveReport StepController<S>::advance(const Course& course, double maxWork) {
     limits.mayRefuse = state_.halvings < maxHalvings && course.sum.work <= shareToRefuse * worth;
     limits.maxWork = std::max(0.0, worth - course.sum.work) / course.left;
     SolveReport one = solver_.advance(problem_, course.h);
-    if (limits.isByPlan && course.left > 1 && course.sum.work + one.work > worth) {
+    if (limits.isByPlan && problem_.plan.mayRestart() && course.left > 1 && course.sum.work + one.work > worth) {
         // More than it is worth, and not at its end.
         one.tooLong = true;
         one.truncated = true;
@@ -140,8 +142,9 @@ int StepController<S>::affordableHalvings(const Course& course, double maxWork, 
     const StepPlan& plan = problem_.plan;
     int more = std::min(wanted, maxHalvings - state_.halvings);
     const auto cost = [&] { return course.sum.work + one.work * (1 + (plan.substeps << (state_.halvings + more))); };
-    // What is not finite is worth any price.
-    while (more > 0 && std::isfinite(one.energyGained) && cost() > std::min(plan.maxWorkAnew, maxWork)) {
+    // What is not finite is worth more, but not any price.
+    const double worth = std::isfinite(one.energyGained) ? plan.maxWorkAnew : worthOfFinite * plan.substeps * one.work;
+    while (more > 0 && cost() > std::min(worth, maxWork)) {
         --more;
     }
     return more;

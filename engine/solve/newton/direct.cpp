@@ -284,8 +284,12 @@ NewtonReport solve(ContactNewton<double>& newton, const Problem<double>& problem
 }  // namespace
 
 template <class S>
-StepPlan Direct<S>::plan(Problem<S>&, const ControllerState&, S) const {
-    return {.substeps = std::max(1, settings_.def.substeps)};
+StepPlan Direct<S>::plan(Problem<S>& problem, const ControllerState&, S) const {
+    StepPlan plan{.substeps = std::max(1, settings_.def.substeps)};
+    if (problem.isOfCrowd) {
+        plan.maxWork = Tuning::crowdWork * problem.expectedRows();
+    }
+    return plan;
 }
 
 template <class S>

@@ -120,6 +120,22 @@ TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
     expectBelow("contact points a box", static_cast<double>(most) / count, 32);
 }
 
+// An exact solution of bodies that pass through each other is not to be had: without a bound a thousand would take 20 s
+// a step.
+TEST(Crowds, DirectDoesNotTryForEver) {
+    Worldd world({.solver = DirectDef{}});
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    for (int i = 0; i < 150; ++i) {
+        world.add({.shapes = {box({0.5, 0.5, 0.5})}, .position = {0, 2, 0}});
+    }
+    double most = 0;  // visits a row
+    for (int i = 0; i < 90; ++i) {
+        const StepCounts& counts = world.step(1.0 / 60).counts;
+        most = std::max(most, counts.work / std::max(1, counts.rows));
+    }
+    expectBelow("visits of a row in a step", most, 400);
+}
+
 // What lies in a heap as it should has no deep neighbours at all.
 TEST(Crowds, NothingIsLeftOutOfAHeap) {
     Worldd world;
