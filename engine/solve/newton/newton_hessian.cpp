@@ -106,6 +106,7 @@ void ContactNewton<S>::prepare(const Problem<S>& problem, LinearSolver linearSol
     vStar.resize(problem.bodies.size());
     system.v.resize(problem.bodies.size());
     factored_ = factored_ && factorHolds(problem);
+    isOfProblem_ = false;
 }
 
 template <class S>
@@ -136,6 +137,13 @@ template <class S>
 bool ContactNewton<S>::weigh(const Problem<S>& problem, const std::vector<S>& y) {
     const S tight = static_cast<S>(sameWeight);
     bool same = factored_;
+    const auto noteChange = [&](const RowBlock<S>& block) {
+        for (int m = 0; m < block.bodyCount(); ++m) {
+            if (const int n = node_[at(block.body(m))]; n >= 0) {
+                changedNodes_.push_back(n);
+            }
+        }
+    };
     weight_.resize(y.size(), S(0));
     coneWeight_.resize(problem.blocks.size(), Mat3<S>::Zero());
     for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
@@ -145,14 +153,22 @@ bool ContactNewton<S>::weigh(const Problem<S>& problem, const std::vector<S>& y)
             const Mat3<S> w =
                 coneDerivative(Vec3<S>(y[first], y[first + 1], y[first + 2]), system.friction[k]) / delta_[first];
             same = same && (w - coneWeight_[k]).cwiseAbs().maxCoeff() <= tight * w.cwiseAbs().maxCoeff();
+            if (isOfProblem_ && w != coneWeight_[k]) {
+                noteChange(block);
+            }
             coneWeight_[k] = w;
             continue;
         }
+        bool changes = false;
         for (std::size_t i = first; i < first + at(block.count); ++i) {
             const RowTerms<S>& t = system.terms[i];
             const S w = y[i] > t.lo && y[i] < t.hi && t.delassus > S(0) ? S(1) / (delta_[i] + t.softness) : S(0);
             same = same && std::abs(w - weight_[i]) <= tight * w;
+            changes = changes || w != weight_[i];
             weight_[i] = w;
+        }
+        if (isOfProblem_ && changes) {
+            noteChange(block);
         }
     }
     return same;
@@ -163,10 +179,12 @@ bool ContactNewton<S>::factorise(const Problem<S>& problem, const std::vector<S>
     if (weigh(problem, y)) {
         return true;
     }
-    assemble(problem);
+    assemble(problem, factored_ && isOfProblem_ && linearSolver_ == LinearSolver::Factor);
     ++report.factorisations;
     system.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;
     factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor() : diagonal_.invert();
+    isOfProblem_ = factored_;
+    changedNodes_.clear();
     factoredPoses_.clear();
     for (const SolverBody<S>& body : problem.bodies) {
         factoredPoses_.push_back(body.pose);
@@ -220,9 +238,11 @@ bool ContactNewton<S>::addWeighted(const Problem<S>& problem, std::size_t k, std
 }
 
 template <class S>
-void ContactNewton<S>::assemble(const Problem<S>& problem) {
+void ContactNewton<S>::assemble(const Problem<S>& problem, bool isUpdate) {
     const bool whole = linearSolver_ == LinearSolver::Factor;
-    if (whole) {
+    if (isUpdate) {
+        factor_.setZeroAround(changedNodes_);
+    } else if (whole) {
         factor_.setZero(rowsOfNode_);
     } else {
         diagonal_.setZero(bodyOfNode_.size());
@@ -234,7 +254,11 @@ void ContactNewton<S>::assemble(const Problem<S>& problem) {
             diagonal_.addDiagonal(node, value);
         }
     };
+    const auto takes = [&](int node) { return node >= 0 && (!isUpdate || factor_.takes(node)); };
     for (std::size_t n = 0; n < bodyOfNode_.size(); ++n) {
+        if (!takes(static_cast<int>(n))) {
+            continue;
+        }
         const SolverBody<S>& body = problem.bodies[at(bodyOfNode_[n])];
         Mat6<S> mass = Mat6<S>::Zero();
         mass.template topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
@@ -251,6 +275,13 @@ void ContactNewton<S>::assemble(const Problem<S>& problem) {
     bool any = false;
     for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
         const RowBlock<S>& block = problem.blocks[k];
+        bool isTaken = false;
+        for (int m = 0; m < block.bodyCount(); ++m) {
+            isTaken = isTaken || takes(node_[at(block.body(m))]);
+        }
+        if (!isTaken) {
+            continue;
+        }
         if (!any) {
             diagonal.fill(Mat6<S>::Zero());
             off.fill(Mat6<S>::Zero());
@@ -263,7 +294,7 @@ void ContactNewton<S>::assemble(const Problem<S>& problem) {
         }
         any = false;
         for (int m = 0; m < block.bodyCount(); ++m) {
-            if (const int n = node_[at(block.body(m))]; n >= 0) {
+            if (const int n = node_[at(block.body(m))]; takes(n)) {
                 addDiagonal(n, diagonal[at(m)]);
             }
         }
@@ -272,6 +303,9 @@ void ContactNewton<S>::assemble(const Problem<S>& problem) {
         }
         forEachEdge(block, [&](std::size_t pair, int a, int b) {
             const std::size_t edge = edgesOfBlock_[k][pair];
+            if (isUpdate && !factor_.takesEdge(edge)) {
+                return;
+            }
             addBlock(a > b ? factor_.transposedEdge(edge) : factor_.edge(edge), off[pair]);
         });
     }

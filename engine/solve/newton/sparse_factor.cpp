@@ -266,6 +266,26 @@ void SparseFactor::setZero(const std::vector<int>& rows) {
         layOut();
     }
     std::fill(matrix_.begin(), matrix_.end(), 0.0);
+    isNew_.assign(supernodes_.size(), 1);
+}
+
+void SparseFactor::setZeroAround(const std::vector<int>& nodes) {
+    isNew_.assign(supernodes_.size(), 0);
+    for (const int node : nodes) {
+        isNew_[at(supernodeOf_[at(placeOf_[at(node)])])] = 1;
+    }
+    for (std::size_t k = 0; k < supernodes_.size(); ++k) {
+        if (isNew_[k] == 0) {
+            continue;
+        }
+        const Supernode& s = supernodes_[k];
+        for (std::size_t g = s.groups; g < s.groupEnd; ++g) {
+            isNew_[at(groups_[g].target)] = 1;
+        }
+        const std::size_t end = kind_ == Kind::General ? s.lower + s.m * s.step : s.lower;
+        std::fill(matrix_.begin() + static_cast<std::ptrdiff_t>(s.pivot),
+                  matrix_.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
+    }
 }
 
 void SparseFactor::layOut() {
@@ -330,11 +350,15 @@ SparseFactor::Block SparseFactor::block(std::size_t edge, bool transposed) {
 }
 
 bool SparseFactor::factor() {
-    for (const Supernode& s : supernodes_) {
-        if (!eliminate(s)) {
+    for (std::size_t k = 0; k < supernodes_.size(); ++k) {
+        const Supernode& s = supernodes_[k];
+        if (isNew_[k] != 0 && !eliminate(s)) {
             return false;
         }
-        if (s.m > 0 && s.n > 0) {
+        const auto first = groups_.begin() + static_cast<std::ptrdiff_t>(s.groups);
+        const auto last = groups_.begin() + static_cast<std::ptrdiff_t>(s.groupEnd);
+        if (s.m > 0 && s.n > 0 &&
+            std::any_of(first, last, [&](const Group& group) { return isNew_[at(group.target)] != 0; })) {
             update(s);
         }
     }
@@ -418,6 +442,9 @@ void SparseFactor::update(const Supernode& s) {
     }
     for (std::size_t g = s.groups; g < s.groupEnd; ++g) {
         const Group& group = groups_[g];
+        if (isNew_[at(group.target)] == 0) {
+            continue;
+        }
         const std::size_t first = laterRow_[group.begin];
         const std::size_t end = group.end < s.laterEnd ? laterRow_[group.end] : s.n;
         const auto multiply = [&](double* left, double* right, std::size_t from, bool isUpper) {

@@ -32,12 +32,18 @@ public:
 
     // Zero, with so many rows of each node (those that take part).
     void setZero(const std::vector<int>& rows);
+    // Zero is only what hangs on the blocks of these nodes, alone or with each other: where those alone have changed
+    // since factor(), the rest of it serves on, and the next one is the same to the bit. Where takes() says so the
+    // matrix is to be added to again.
+    void setZeroAround(const std::vector<int>& nodes);
+    bool takes(int node) const { return isNew_[at(supernodeOf_[at(placeOf_[at(node)])])] != 0; }
+    bool takesEdge(std::size_t edge) const { return isNew_[at(edgePlaces_[edge].supernode)] != 0; }
     // To be added to; of positive matrices the block of an edge stands for its transpose, too.
     Block diagonal(int node);
     Block edge(std::size_t edge) { return block(edge, false); }
     Block transposedEdge(std::size_t edge) { return block(edge, true); }  // rows of the second node
 
-    // Turns the matrix into its factor. False: a pivot is singular, or not positive.
+    // Turns the matrix into its factor. False: a pivot is singular, or not positive, and only setZero() helps.
     bool factor();
     // The right-hand side at the rows of a node, to be written; the solution there after substitute().
     double* right(int node) { return right_.data() + xOf_[at(placeOf_[at(node)])]; }
@@ -78,6 +84,7 @@ private:
     void layOut();
     Block block(std::size_t edge, bool transposed);
     bool eliminate(const Supernode& s);
+    // Takes its share off the later supernodes that are new.
     void update(const Supernode& s);
     void scatter(const Supernode& s, const Group& group, bool isUpper);
 
@@ -97,6 +104,7 @@ private:
     std::vector<std::size_t> relative_;  // in later_ of the target
     std::vector<EdgePlace> edgePlaces_;
 
+    std::vector<std::uint8_t> isNew_;    // of each supernode: its panels are those of the matrix
     std::vector<int> active_;            // of each node, rows that take part
     std::vector<std::size_t> count_;     // the same, of each place
     std::vector<std::size_t> rowOf_;     // of each place, its first row in its supernode
