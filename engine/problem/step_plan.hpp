@@ -49,12 +49,12 @@ struct StepPlan {
     int iterationCap = 0;  // the most Newton iterations that the bound on work pays for; 0: no cap but the solver's own
     // As SubstepLimits::maxWork, of the step: what the solver holds it worth.
     double maxWork = std::numeric_limits<double>::infinity();
-    double kept = 0;           // of SubstepLimits::maxWork, for what takes over where no exact solution is found
-    bool isTruncated = false;  // auto: SubstepLimits::maxWork pays for fewer sub-steps than it would take
+    double kept = 0;            // of SubstepLimits::maxWork, for what takes over where no exact solution is found
+    bool isTruncated = false;   // auto: SubstepLimits::maxWork pays for fewer sub-steps than it would take
     bool sweepsJoints = false;  // auto: nor for a factor over the joints, in even one
     bool rests = false;         // auto: nothing in it moves
-    bool settles = false;      // it may be at rest: solved to the last digits
-    bool mayBeRefused = true;  // a sub-step of it, for a shorter one
+    bool settles = false;       // it may be at rest: solved to the last digits
+    bool mayBeRefused = true;   // a sub-step of it, for a shorter one
     Guard guard = Guard::None;
     // What the step may cost with all that is done again in shorter sub-steps; beyond it they stay as long as they are.
     double maxWorkAnew = std::numeric_limits<double>::infinity();

@@ -161,6 +161,19 @@ void StepController<S>::setLimits(double maxWork) {
 }
 
 template <class S>
+void StepController<S>::take(Course& course, const SolveReport& one, double maxWork) {
+    course.take(one);
+    const StepPlan& plan = problem_.plan;
+    if (!plan.sweeps()) {
+        return;
+    }
+    if (!plan.sweepsJoints) {
+        state_.sweptVisits = one.work / std::max(1.0, problem_.expectedRows());
+    }
+    course.shorten(maxWork, one);
+}
+
+template <class S>
 S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     setLimits(maxWork);
     SubstepLimits& limits = problem_.limits;
@@ -206,12 +219,7 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
                 balance.takeBack(problem_, one);
             }
             if (sound || isShortest) {
-                course.take(one);
-                if (plan.sweeps()) {
-                    state_.sweptVisits =
-                        plan.sweepsJoints ? state_.sweptVisits : one.work / std::max(1.0, problem_.expectedRows());
-                    course.shorten(maxWork, one);
-                }
+                take(course, one, maxWork);
                 continue;
             }
             beginAnew(limits.isCold ? 1 : 0, one.work);

@@ -92,6 +92,8 @@ private:
     // Of a subdivision of dt: what it gave goes into the step's solution.
     void end(S dt, const Course& course, Solution& solution);
     SolveReport advance(const Course& course, double maxWork);
+    // A sub-step is done; sweeps have the others as far as maxWork pays for them.
+    void take(Course& course, const SolveReport& one, double maxWork);
     // One subdivision; gives the length of its last sub-step.
     S subdivision(S dt, double maxWork, Solution& solution);
     StepPlan plan(S dt);

@@ -24,8 +24,8 @@ struct World<S>::Impl {
     std::unique_ptr<Solver<S>> solver;
     std::array<std::unique_ptr<Solver<S>>, qualityLevelCount> levelSolvers;  // of a budget, made when first chosen
     BudgetKeeper budget;
-    BudgetLoad load;          // of this step
-    double solveSeconds = 0;  // of this step, by the budget's clock
+    BudgetLoad load;            // of this step
+    double solveSeconds = 0;    // of this step, by the budget's clock
     bool leavesUndone = false;  // this step, of an exact solution
     const std::uint32_t firstGeneration = firstGenerationOfWorld();
     BodyTable<S> bodies{firstGeneration};

@@ -64,8 +64,8 @@ public:
     // Reads the graph of the joints. False where it cannot serve: with particles or gyroscopic inertia
     // (<cairn/solvers.hpp>), or where its factor would cost more than `maxWork` block multiply-adds (6x6).
     bool prepare(const Problem<S>& problem, double maxWork);
-    // A sub-step of a predicted and linearised island, as if it had no contacts. False: Newton has not converged, or not
-    // within the sub-step's bound on work (report.truncated). The island is as it was.
+    // A sub-step of a predicted and linearised island, as if it had no contacts. False: Newton has not converged, or
+    // not within the sub-step's bound on work (report.truncated). The island is as it was.
     bool solve(Problem<S>& problem, S h, const JointNewtonOptions& options, SolveReport& report);
     // Whether a contact would be closed where the last solve() brings the bodies.
     bool meetsContacts(Problem<S>& problem, S h) const;

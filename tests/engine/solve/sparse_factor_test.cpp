@@ -120,8 +120,9 @@ TEST(SparseFactor, AgreesWithDense) {
     }
 }
 
-TEST(SparseFactor, OfAGridOfManySupernodesAgreesWithDense) {
-    constexpr int side = 12;
+constexpr int side = 12;
+
+std::vector<Edge> gridEdges() {
     std::vector<Edge> edges;
     for (int i = 0; i < side * side; ++i) {
         if (i % side > 0) {
@@ -131,12 +132,101 @@ TEST(SparseFactor, OfAGridOfManySupernodesAgreesWithDense) {
             edges.push_back({i - side, i});
         }
     }
+    return edges;
+}
+
+TEST(SparseFactor, OfAGridOfManySupernodesAgreesWithDense) {
+    const std::vector<Edge> edges = gridEdges();
     TestRandom random(2);
     const std::vector<int> rows(side * side, 3);
     for (const Kind kind : {Kind::Positive, Kind::General}) {
         SparseFactor factor(kind);
         ASSERT_TRUE(factor.analyse(rows, edges, 1e9));
         expectBelow("grid, relative error", errorOf(factor, kind, rows, edges, random), 1.1e-16);
+    }
+}
+
+// Blocks of a grid, three rows a node.
+struct GridMatrix {
+    std::vector<Dense> nodes, edges, transposed;
+
+    GridMatrix(TestRandom& random, std::size_t edgeCount) {
+        for (int i = 0; i < side * side; ++i) {
+            const Dense half = randomMatrix(random, 3, 3);
+            nodes.emplace_back(half * half.transpose());
+            for (int r = 0; r < 3; ++r) {
+                nodes.back()(r, r) += 20;
+            }
+        }
+        for (std::size_t e = 0; e < edgeCount; ++e) {
+            edges.push_back(randomMatrix(random, 3, 3));
+            transposed.push_back(randomMatrix(random, 3, 3));
+        }
+    }
+    // As far as it takes them. How many nodes it took.
+    int addTo(SparseFactor& factor, Kind kind) const {
+        int taken = 0;
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            if (factor.takes(static_cast<int>(i))) {
+                add(factor.diagonal(static_cast<int>(i)), nodes[i]);
+                ++taken;
+            }
+        }
+        for (std::size_t e = 0; e < edges.size(); ++e) {
+            if (factor.takesEdge(e)) {
+                add(factor.edge(e), edges[e]);
+            }
+            if (factor.takesEdge(e) && kind == Kind::General) {
+                add(factor.transposedEdge(e), transposed[e]);
+            }
+        }
+        return taken;
+    }
+};
+
+std::vector<double> solutionOf(SparseFactor& factor) {
+    std::vector<double> solution;
+    for (int i = 0; i < side * side; ++i) {
+        for (int r = 0; r < 3; ++r) {
+            factor.right(i)[r] = std::sin(3.0 * i + r);
+        }
+    }
+    factor.substitute();
+    for (int i = 0; i < side * side; ++i) {
+        solution.insert(solution.end(), factor.right(i), factor.right(i) + 3);
+    }
+    return solution;
+}
+
+TEST(SparseFactor, BroughtUpToDateIsTheSameToTheBit) {
+    const std::vector<Edge> edges = gridEdges();
+    const std::vector<int> rows(side * side, 3);
+    TestRandom random(4);
+    for (const Kind kind : {Kind::Positive, Kind::General}) {
+        SparseFactor factor(kind);
+        SparseFactor anew(kind);
+        ASSERT_TRUE(factor.analyse(rows, edges, 1e9) && anew.analyse(rows, edges, 1e9));
+        GridMatrix matrix(random, edges.size());
+        factor.setZero(rows);
+        EXPECT_EQ(matrix.addTo(factor, kind), side * side);
+        ASSERT_TRUE(factor.factor());
+        for (int trial = 0; trial < 8; ++trial) {
+            // A node by itself, and an edge with its two.
+            const std::vector<double> before = solutionOf(factor);
+            const int node = static_cast<int>(random.uniform(0, side * side - 0.01));
+            const std::size_t edge = static_cast<std::size_t>(random.uniform(0, static_cast<double>(edges.size()) - 1));
+            matrix.nodes[static_cast<std::size_t>(node)] *= 1.5;
+            matrix.nodes[static_cast<std::size_t>(edges[edge][0])] *= 1.25;
+            matrix.edges[edge] *= -0.5;
+            factor.setZeroAround({node, edges[edge][0], edges[edge][1]});
+            EXPECT_LT(matrix.addTo(factor, kind), side * side / 2);
+            ASSERT_TRUE(factor.factor());
+            anew.setZero(rows);
+            matrix.addTo(anew, kind);
+            ASSERT_TRUE(anew.factor());
+            EXPECT_EQ(solutionOf(factor), solutionOf(anew));
+            EXPECT_NE(solutionOf(factor), before);
+        }
     }
 }
 
