@@ -11,8 +11,8 @@ namespace cairn {
 
 // box_box.cpp
 bool boxBox(const Convex& a, const Convex& b, double margin, Scratch& scratch, NarrowCounts& counts, WorkManifold& out);
-// Of the 15 axes that two boxes can be parted along the one along which they lie farthest apart, save that an edge's must
-// be clearly better than a face's; where they overlap, they do so least along it. From a to b, in a's frame.
+// Of the 15 axes that two boxes can be parted along the one along which they lie farthest apart, save that an edge's
+// must be clearly better than a face's; where they overlap, they do so least along it. From a to b, in a's frame.
 struct SeparatingAxis {
     Vec3d normal = Vec3d::Zero();
     double separation = 0;  // m, negative: overlap

@@ -357,8 +357,8 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     report.truncated = report.truncated || (isBounded && !solved.converged);
     // What was truncated would not fare better in shorter sub-steps of the same work; what was so because more is not
     // worth it is swept.
-    const bool isTooDear = report.truncated && problem.plan.mayRestart() &&
-                           (problem.limits.isByPlan || problem.plan.kept > 0);
+    const bool isTooDear =
+        report.truncated && problem.plan.mayRestart() && (problem.limits.isByPlan || problem.plan.kept > 0);
     if (solved.converged
             ? !closed && problem.limits.mayRefuse
             : isTooDear || (!report.truncated && (problem.limits.mayRefuse || problem.plan.mayRestart()))) {
