@@ -129,7 +129,7 @@ template <class S>
 void StepController<S>::end(S dt, const Course& course, Solution& solution) {
     problem_.handImpulsesOn();
     if (problem_.plan.reason != PlanReason::Exact) {
-        state_.substep = static_cast<double>(dt) / problem_.plan.substeps;
+        state_.substep = std::max(static_cast<double>(dt) / problem_.plan.substeps, static_cast<double>(course.h));
     }
     solution.report += course.sum;
     solution.substeps += course.taken;
