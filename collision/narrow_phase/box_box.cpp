@@ -81,6 +81,16 @@ bool edgesWithin(const Convex& a, const Convex& b, const Mat3d& absRotation, dou
     return true;
 }
 
+// The axis of a face or of two edges, unit, from a to b in a's frame.
+Vec3d axisOf(const Convex& b, const FaceAxes& faces, bool ofB) {
+    return ofB ? Vec3d((faces.centreInB[faces.axisB] >= 0 ? 1.0 : -1.0) * b.rotation.col(faces.axisB))
+               : Vec3d((b.position[faces.axisA] >= 0 ? 1.0 : -1.0) * Vec3d::Unit(faces.axisA));
+}
+Vec3d axisOf(const Convex& b, const EdgeAxes& edges) {
+    const Vec3d n = Vec3d::Unit(edges.a).cross(b.rotation.col(edges.b)) / edges.length;
+    return n.dot(b.position) < 0 ? Vec3d(-n) : n;
+}
+
 // False: the boxes lie beside each other, near only by an edge or a corner.
 bool faceManifold(const Convex& a, const Convex& b, const FaceAxes& faces, double margin, Scratch& scratch,
                   WorkManifold& out) {
@@ -94,9 +104,8 @@ bool faceManifold(const Convex& a, const Convex& b, const FaceAxes& faces, doubl
         }
         const Convex& holder = takeB ? b : a;
         const Convex& other = takeB ? a : b;
-        const Vec3d axis = takeB ? Vec3d((faces.centreInB[faces.axisB] >= 0 ? -1.0 : 1.0) * b.rotation.col(faces.axisB))
-                                 : Vec3d((b.position[faces.axisA] >= 0 ? 1.0 : -1.0) * Vec3d::Unit(faces.axisA));
-        fillFace(holder, axis, scratch.face);
+        const Vec3d axis = axisOf(b, faces, takeB);
+        fillFace(holder, takeB ? Vec3d(-axis) : axis, scratch.face);
         incidentOutline(other, -scratch.face.normal, scratch.incident);
         scratch.candidates.clear();
         clipToFace(scratch, 0, margin);
@@ -118,10 +127,7 @@ bool crossedEdges(const Convex& a, const Convex& b, const EdgeAxes& edges, WorkM
     const Vec3d& t = b.position;
     const Vec3d& ha = a.size;
     const Vec3d& hb = b.size;
-    Vec3d n = Vec3d::Unit(edges.a).cross(r.col(edges.b)) / edges.length;
-    if (n.dot(t) < 0) {
-        n = -n;
-    }
+    const Vec3d n = axisOf(b, edges);
     // The edges that face each other: a's farthest along n, b's against it.
     Vec3d pa;
     Vec3d pb;
@@ -166,13 +172,9 @@ SeparatingAxis bestAxis(const Convex& a, const Convex& b) {
     facesWithin(a, b, absRotation, infinity, faces);
     edgesWithin(a, b, absRotation, infinity, faces, edges);
     if (edges.a >= 0) {
-        const Vec3d n = Vec3d::Unit(edges.a).cross(b.rotation.col(edges.b)) / edges.length;
-        return {n.dot(b.position) < 0 ? Vec3d(-n) : n, edges.apart};
+        return {axisOf(b, edges), edges.apart};
     }
-    if (faces.apartA >= faces.apartB) {
-        return {std::copysign(1.0, b.position[faces.axisA]) * Vec3d::Unit(faces.axisA), faces.apartA};
-    }
-    return {std::copysign(1.0, faces.centreInB[faces.axisB]) * b.rotation.col(faces.axisB), faces.apartB};
+    return {axisOf(b, faces, faces.apartB > faces.apartA), faces.best()};
 }
 
 // Separating axes (Gottschalk, Lin, Manocha 1996): 6 face normals and 9 cross products of edges, by the largest

@@ -74,11 +74,6 @@ public:
         return isApart;
     }
 
-    // Searches for a direction before a pair is given up as met where it stands; 1000 random shots need 40 at most.
-    static constexpr int searchLimit = 200;
-    // Steps along one direction before the next search: a support costs a tenth of a search.
-    static constexpr int stepsAlong = 12;
-
     // The first fraction below `limit` at which they meet; false: none. Appends to `passed` when they were close only.
     bool run(const Slack& slack, double limit, Impact& impact, std::vector<Closeness>& passed) {
         double t = 0;
@@ -162,6 +157,11 @@ public:
     }
 
 private:
+    // Searches for a direction before a pair is given up as met where it stands; 1000 random shots need 40 at most.
+    static constexpr int searchLimit = 200;
+    // Steps along one direction before the next search: a support costs a tenth of a search.
+    static constexpr int stepsAlong = 12;
+
     // How far apart they are at a time along a direction of the world.
     struct View {
         double t;

@@ -28,6 +28,10 @@ constexpr bool carriesMomentum(GyroscopicRule rule) {
     return rule == GyroscopicRule::Midpoint || rule == GyroscopicRule::RungeKutta;
 }
 
+// rad; spun no faster than that in a sub-step, a free body ends at h times its mean spin.
+template <class S>
+constexpr S turnInOne = S(0.25);
+
 // The midpoint rule on the group of rotations,
 //     I w2 = exp(-h wm) I w1,   wm = (w1 + w2) / 2,
 // solved by Newton. The turn h wm carries p along, so that the angular momentum stands still in the world; and since wm
@@ -39,12 +43,13 @@ bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
     const S scale = S(1) / inertia.trace();
     w2 = w1;
     Mat3<S> inverse = Mat3<S>::Zero();
+    const bool isFar = h * w1.norm() > S(1.2) * turnInOne<S>;
     // At a third of a radian Newton is at round-off after three iterations, of which the third is as good with the
     // gradient of the second.
     for (int iteration = 0; iteration < 10; ++iteration) {
         const Vec3<S> turn = -S(0.5) * h * (w1 + w2);
         const Vec3<S> p2 = expQuat(turn) * p1;
-        if (iteration < 2) {
+        if (iteration < 2 || isFar) {
             const Mat3<S> gradient = inertia - S(0.5) * h * hat(p2) * leftJacobian(turn);
             inverse = Mat3<S>(scale * gradient).inverse();
         }
@@ -57,10 +62,6 @@ bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
     return w1.isZero();
 }
 
-// rad; spun no faster than that in a sub-step, a free body ends at h times its mean spin.
-template <class S>
-constexpr S turnInOne = S(0.25);
-
 // The same in parts: the error in time falls with the square of a part's turn, and one of more than about 2 rad would
 // have no or several answers. Of a far turn the mean is that of the parts in the body's axes: it has no more energy
 // than the spin. The one axis of the whole turn does not promise that: after 2 pi about a light axis what is left of
@@ -70,10 +71,10 @@ FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
     constexpr S farTurn = S(2);
     constexpr S maxTurn = turnInOne<S>;
     // So many parts are as small as maxTurn; of farther turns they grow, up to where one may have no answer: energy and
-    // momentum are kept all the same, and where in its wobble a body is after ten turns a sub-step is not to be seen.
+    // momentum are kept to round-off all the same, and where in its wobble a body is after ten turns is not to be seen.
     constexpr int smallParts = 256;
     constexpr S largestTurn = S(1.5);
-    constexpr int maxParts = 2000;  // up to 3000 rad; beyond, the spin stays as it is
+    constexpr int maxParts = 4000;  // up to 3000 rad at the least; beyond, the spin stays as it is
     Vec3<S> w = w1;
     Vec3<S> next;
     if (h * w.norm() <= maxTurn && midpointEnd(inertia, w, h, next)) {

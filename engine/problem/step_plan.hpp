@@ -20,9 +20,11 @@ struct ControllerState {
     bool wasResting = false;  // auto: StepPlan::rests of the last plan
     double directWork = 0;    // auto: what `direct` took lately, or would have; less from step to step
     double sweptVisits = 0;   // auto: work a row and sub-step of sweeps lately, with a factor over the joints
-    double substep = 0;       // s, of the last step or subdivision that was swept, as planned; halvings do not count
-    double position = 0;      // m, IslandError::position of the last step
-    double work = 0;          // SolveReport::work of the last step
+    // s, of the last step or subdivision that was swept, as planned, or longer where no more of them were paid for;
+    // halvings do not count.
+    double substep = 0;
+    double position = 0;  // m, IslandError::position of the last step
+    double work = 0;      // SolveReport::work of the last step
 
     // Whether it erred so little in the last step that a higher quality level would gain nothing: it is solved without
     // subdivision where no tolerance is asked.
@@ -51,7 +53,7 @@ struct StepPlan {
     double maxWork = std::numeric_limits<double>::infinity();
     double kept = 0;            // of SubstepLimits::maxWork, for what takes over where no exact solution is found
     bool isTruncated = false;   // auto: SubstepLimits::maxWork pays for fewer sub-steps than it would take
-    bool sweepsJoints = false;  // auto: nor for a factor over the joints, in even one
+    bool sweepsJoints = false;  // auto: it pays for no factor over the joints
     bool rests = false;         // auto: nothing in it moves
     bool settles = false;       // it may be at rest: solved to the last digits
     bool mayBeRefused = true;   // a sub-step of it, for a shorter one

@@ -44,6 +44,20 @@ int subdivisionsAt(int refinement) {
     return 1 << (refinement < boundedRefinements ? refinement : refinement - boundedRefinements);
 }
 
+// Of the parts of a time that are left as many as the work that is left pays for, each so much longer; at least one.
+// True: they are fewer.
+template <class S>
+bool makeFewer(int& left, S& length, double workLeft, double workOfOne) {
+    const double affordable = workLeft / workOfOne;
+    if (left == 0 || !(affordable < left)) {
+        return false;
+    }
+    const int fewer = std::max(1, static_cast<int>(affordable));
+    length *= static_cast<S>(left) / static_cast<S>(fewer);
+    left = fewer;
+    return true;
+}
+
 bool isSound(Guard guard, const SolveReport& report) {
     return guard == Guard::Energy ? !report.gainsEnergy() : std::isfinite(report.energyGained);
 }
@@ -170,7 +184,9 @@ void StepController<S>::take(Course& course, const SolveReport& one, double maxW
     if (!plan.sweepsJoints) {
         state_.sweptVisits = one.work / std::max(1.0, problem_.expectedRows());
     }
-    course.shorten(maxWork, one);
+    if (makeFewer(course.left, course.h, maxWork - course.sum.work, one.work)) {
+        course.sum.truncated = true;
+    }
 }
 
 template <class S>
@@ -270,11 +286,7 @@ void StepController<S>::solveSubdivided(S dt, int subdivisions, Solution& soluti
         h = subdivision(subdivisionDt, std::max(maxShareOfOne, 1.0 / left) * (allowed - before), solution);
         ++solution.subdivisions;
         --left;
-        const double affordable = (allowed - solution.report.work) / (solution.report.work - before);
-        if (left > 0 && affordable < left) {
-            const int fewer = std::max(1, static_cast<int>(affordable));
-            subdivisionDt *= static_cast<S>(left) / static_cast<S>(fewer);
-            left = fewer;
+        if (makeFewer(left, subdivisionDt, allowed - solution.report.work, solution.report.work - before)) {
             solution.report.truncated = true;
         }
     }

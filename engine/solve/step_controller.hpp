@@ -73,16 +73,6 @@ private:
             ++taken;
             isFirst = false;
         }
-        // The rest in as few and long sub-steps as fit into maxWork if each takes as much as `one`.
-        void shorten(double maxWork, const SolveReport& one) {
-            const double affordable = (maxWork - sum.work) / std::max(1.0, one.work);
-            if (left > 0 && affordable < left) {
-                const int fewer = std::max(1, static_cast<int>(affordable));
-                h *= static_cast<S>(left) / static_cast<S>(fewer);
-                left = fewer;
-                sum.truncated = true;
-            }
-        }
     };
     // Of `wanted` halvings, for a step that begins anew, as many as are left and as it is worth after a sub-step `one`.
     int affordableHalvings(const Course& course, double maxWork, int wanted, const SolveReport& one) const;

@@ -1,5 +1,6 @@
 // Time of impact: nothing passes, nothing stops that would not have met, and slides over internal edges are let
 // through.
+#include "collision/narrow_phase/pairs.hpp"
 #include "tests/collision/narrow_truth.hpp"
 
 #include <gtest/gtest.h>
@@ -228,6 +229,41 @@ TEST(TimeOfImpact, TrianglesArePassedFromBehind) {
     const auto tilted = timeOfImpact({&plane, 1}, swing, {&ball, 1}, still);
     ASSERT_TRUE(tilted);
     EXPECT_NEAR(tilted->fraction, swung->fraction, 1e-3);
+}
+
+// How far apart corners say that two boxes lie along a direction, m.
+double apartAlong(const Convex& a, const Convex& b, const Vec3d& n) {
+    const double ofA = n.cwiseAbs().dot(a.size);
+    const double ofB = (b.rotation.transpose() * n).cwiseAbs().dot(b.size);
+    return n.dot(b.position) - ofA - ofB;
+}
+
+// No direction parts two boxes farther than the best of their axes, but by what a face is preferred.
+TEST(BestAxis, IsTheBestOfAllDirectionsWhereBoxesOverlap) {
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal;
+    const auto any = [&] { return Vec3d(normal(random), normal(random), normal(random)); };
+    int overlaps = 0;
+    for (int trial = 0; trial < 400; ++trial) {
+        const Shape first = box(any().cwiseAbs() + Vec3d::Constant(0.1));
+        const Shape second = box(any().cwiseAbs() + Vec3d::Constant(0.1));
+        const Quatd turn = Quatd(normal(random), normal(random), normal(random), normal(random)).normalized();
+        const Convex a = makeConvex(first);
+        const Convex b = makeConvex(second, turn.toRotationMatrix(), any());
+        const SeparatingAxis axis = bestAxis(a, b);
+        EXPECT_NEAR(axis.normal.norm(), 1, 1e-12);
+        EXPECT_NEAR(apartAlong(a, b, axis.normal), axis.separation, 1e-12);
+        if (axis.separation > 0) {
+            continue;  // they are apart, and no axis tells how far
+        }
+        ++overlaps;
+        const double preferred =
+            1e-3 * std::min(a.size.minCoeff(), b.size.minCoeff()) + 0.02 * std::abs(axis.separation);
+        for (int k = 0; k < 500; ++k) {
+            EXPECT_LE(apartAlong(a, b, any().normalized()), axis.separation + 1.05 * preferred);
+        }
+    }
+    EXPECT_GT(overlaps, 100);
 }
 
 }  // namespace

@@ -118,11 +118,11 @@ struct DirectTuning {
     static constexpr double visitsOfIteration = 4;
     // Iterations that a budget without bound is clamped to: infinity fits no int.
     static constexpr double manyIterations = 1e6;
-    static constexpr int fallbackSweeps = 20;  // that Gauss-Seidel gets where Newton has not converged
+    static constexpr int fallbackSweeps = 20;    // that Gauss-Seidel gets where Newton has not converged
+    static constexpr int minFallbackSweeps = 3;  // where a bound on work leaves no room for more
     // Visits of a row in a step of bodies that pass through each other (crowds.hpp), which has no exact answer: a
     // crowd of 1000 boxes would take 20 s.
     static constexpr double crowdWork = 300;
-    static constexpr int minFallbackSweeps = 3;  // where a bound on work leaves no room for more
 };
 
 }  // namespace cairn

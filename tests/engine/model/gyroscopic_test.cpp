@@ -57,6 +57,29 @@ TYPED_TEST(Gyroscopic, MidpointKeepsEnergyAndMomentum) {
     }
 }
 
+// Parts of far turns are larger, and solved to round-off like the small ones.
+TEST(GyroscopicRules, FarTurnsKeepEnergyAndMomentum) {
+    TestRandom random(5);
+    double energyError = 0;
+    double momentumError = 0;
+    for (const double turn : {80.0, 400.0, 1500.0, 2900.0}) {  // rad
+        for (int trial = 0; trial < 30; ++trial) {
+            const double a = random.uniform(1, 2);
+            const double b = random.uniform(1, 4);
+            const Mat3d inertia = Vec3d(a, b, random.uniform(std::abs(a - b) + 0.1, a + b)).asDiagonal();
+            const Vec3d start = turn * random.direction();
+            const FreeSpin<double> spin = midpointSpin<double>(inertia, start, 1);
+            EXPECT_NE(spin.end, start) << turn;
+            const double energy = start.dot(inertia * start);
+            energyError = std::max(energyError, std::abs(spin.end.dot(inertia * spin.end) / energy - 1));
+            const Vec3d left = expQuat<double>(-spin.turn) * (inertia * start);
+            momentumError = std::max(momentumError, (inertia * spin.end - left).norm() / left.norm());
+        }
+    }
+    expectBelow("far turns, energy", energyError, 7.6e-14);
+    expectBelow("far turns, momentum", momentumError, 4e-14);
+}
+
 // w at the end of 1 s against the exact answer.
 TEST(GyroscopicRules, Orders) {
     const Mat3d inertia = Vec3d(0.2, 0.5, 0.6).asDiagonal();
