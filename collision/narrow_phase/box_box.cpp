@@ -71,10 +71,10 @@ bool edgesWithin(const Convex& a, const Convex& b, const Mat3d& absRotation, dou
             const double spans = ha[i1] * q(i2, j) + ha[i2] * q(i1, j) + hb[j1] * q(i, j2) + hb[j2] * q(i, j1);
             const double apart = (std::abs(t[i1] * x1 + t[i2] * x2) - spans) / length;
             if (apart > edges.apart) {
+                edges = {i, j, apart, length};
                 if (!(apart <= margin)) {
                     return false;
                 }
-                edges = {i, j, apart, length};
             }
         }
     }
@@ -185,6 +185,7 @@ bool boxBox(const Convex& a, const Convex& b, double margin, Scratch& scratch, N
     FaceAxes faces;
     EdgeAxes edges;
     if (!facesWithin(a, b, absRotation, margin, faces) || !edgesWithin(a, b, absRotation, margin, faces, edges)) {
+        out.apart = std::max(faces.best(), edges.apart);
         return false;
     }
     if (edges.a < 0 ? faceManifold(a, b, faces, margin, scratch, out) : crossedEdges(a, b, edges, out)) {

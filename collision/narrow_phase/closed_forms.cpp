@@ -168,6 +168,7 @@ bool sphereAgainst(const Convex& a, const Convex& sphere, double margin, const V
     SurfacePoint s = nearestSurface(a, centre);
     const double separation = s.distance - sphere.radius;
     if (!(separation <= margin)) {
+        out.apart = separation;
         return false;
     }
     if (a.kind == ShapeKind::Sphere && centre.norm() <= tiny) {
@@ -240,8 +241,9 @@ bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Vec3d
     const Vec3d axis = b.rotation.col(1);
     const double radii = a.radius + b.radius;
     // Bounding spheres first: most pairs end here.
-    const double far = ha + hb + radii + margin;
-    if (c.squaredNorm() > far * far) {
+    const double far = ha + hb + radii;
+    if (c.squaredNorm() > (far + margin) * (far + margin)) {
+        out.apart = c.norm() - far;
         return false;
     }
     const double cosine = axis.y();
@@ -252,6 +254,7 @@ bool capsuleCapsule(const Convex& a, const Convex& b, double margin, const Vec3d
     const Vec3d d = pb - pa;
     const double distance = d.norm();
     if (!(distance - radii <= margin)) {
+        out.apart = distance - radii;
         return false;
     }
     Vec3d n;
@@ -301,6 +304,7 @@ bool halfSpaceAgainst(const Vec3d& normal, double offset, const Convex& b, doubl
     int hint = 0;
     const double lowest = -supportDistance(b, -normal, hint) - offset;
     if (!(lowest <= margin)) {
+        out.apart = lowest;
         return false;
     }
     Face& face = scratch.face;

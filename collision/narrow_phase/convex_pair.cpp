@@ -297,6 +297,7 @@ bool convexPair(const Convex& a, const Convex& b, double margin, Scratch& scratc
 bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, double margin, Scratch& scratch,
                     NarrowCounts& counts, WorkManifold& out) {
     if (near.state == GjkAnswer::State::Beyond) {
+        out.apart = near.distance - a.radius - b.radius;
         return false;
     }
     const double scale = std::min(scaleOf(a), scaleOf(b));
@@ -304,6 +305,7 @@ bool convexManifold(const Convex& a, const Convex& b, const GjkAnswer& near, dou
     OverlapOf overlap{a, b};
     const double depth = overlap(n);
     if (!(depth >= -margin)) {
+        out.apart = -depth;
         return false;
     }
     // A face whose overlap is as small, within a tolerance, gives more and steadier points than an edge.

@@ -122,6 +122,7 @@ GjkAnswer gjk(const Convex& a, const Convex& b, const Vec3d& start, const Vec3d&
         const double vw = v.dot(w);
         if (vw > 0 && vw * vw > bound * bound * v.squaredNorm()) {
             answer.state = GjkAnswer::State::Beyond;
+            answer.distance = vw / v.norm();
             return answer;
         }
         if (iteration > 0 && squared - vw <= enough * squared) {

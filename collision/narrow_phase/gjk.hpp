@@ -11,7 +11,7 @@ struct GjkAnswer {
     Vec3d normal = Vec3d::Zero();  // unit, A to B; set when Apart
     Vec3d onA = Vec3d::Zero();     // nearest points of the cores, when Apart
     Vec3d onB = Vec3d::Zero();
-    double distance = 0;  // of the cores, m
+    double distance = 0;  // of the cores, m; Beyond: or less
 };
 
 // Distance of the cores, with B moved by `shift`. start: a guess of the direction from A to B, any length. Beyond: they

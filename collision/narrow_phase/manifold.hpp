@@ -14,6 +14,7 @@ struct WorkManifold {
     std::int8_t reference = -1;  // the side that held the reference face: 0, 1; -1: none did
     bool isReduced = false;      // whether candidates were left out
     double deeper = 0;           // as Manifold's
+    double apart = 0;            // m; where no point is within the margin: as far apart as the shapes are at least
     std::uint32_t id = 0;
 };
 

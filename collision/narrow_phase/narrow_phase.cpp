@@ -1,5 +1,6 @@
 #include "collision/narrow_phase/narrow_phase.hpp"
 #include "collision/narrow_phase/pairs.hpp"
+#include "collision/shapes/constants.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -104,8 +105,9 @@ bool fclPair(const Convex& a, const Convex& b, double margin, const Vec3d& lastN
     return true;
 }
 
-// Asks the pair's method. `first` has the lower rank and stands at the origin of the work frame.
-void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, NarrowPhase which,
+// Asks the pair's method. `first` has the lower rank and stands at the origin of the work frame. Answers how far apart
+// they are at least, m, where nothing is within the margin and that is known; else 0.
+double ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, NarrowPhase which,
          const Vec3d& lastNormal, NarrowCounts& counts, std::vector<WorkManifold>& out) {
     Scratch& scratch = scratchOfThread();
     const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
@@ -113,7 +115,7 @@ void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, 
     const bool byFcl = which == NarrowPhase::Fcl;
     if (isSurface(first.kind)) {
         meshAgainst(first, b, margin, byFcl, scratch, counts, out);
-        return;
+        return 0;
     }
     ++counts.shapePairs;
     WorkManifold manifold;
@@ -128,11 +130,13 @@ void ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, 
         const Convex a = makeConvex(first);
         near = byFcl ? fclPair(a, b, margin, lastNormal, scratch, counts, manifold)
                      : ownPair(a, b, margin, lastNormal, scratch, counts, manifold);
+        manifold.apart = near ? 0 : manifold.apart;
         near = near && !isInternalEdge(a, b, scratch, manifold);
     }
     if (near) {
         out.push_back(manifold);
     }
+    return near ? 0 : manifold.apart;
 }
 
 bool isSound(const WorkManifold& m) {
@@ -198,19 +202,22 @@ bool remembers(const OrderedPair& pair) {
     return kind == pair.second.kind && (kind == ShapeKind::Sphere || kind == ShapeKind::Capsule);
 }
 
-// The pair's manifolds in its work frame; where its method fails, one that parts the shapes all the same.
+// The pair's manifolds in its work frame; where its method fails, one that parts the shapes all the same. apart: less
+// where they are nearer than that, as ask() says.
 const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, NarrowPhase which,
-                                        const Vec3d& lastNormal, NarrowCounts& counts) {
+                                        const Vec3d& lastNormal, NarrowCounts& counts, double& apart) {
     std::vector<WorkManifold>& manifolds = manifoldsOfThread();
     manifolds.clear();
     bool failed = false;
     try {
-        ask(pair.first, pair.second, pair.firstFromSecond, margin, which, lastNormal, counts, manifolds);
+        apart = std::min(apart, ask(pair.first, pair.second, pair.firstFromSecond, margin, which, lastNormal, counts,
+                                    manifolds));
     } catch (const std::exception&) {
         failed = true;
     }
     failed = failed || !std::ranges::all_of(manifolds, isSound);
     if (failed) {
+        apart = 0;
         ++counts.repairedFailures;
         manifolds.assign(1, WorkManifold{});
         if (!repair(pair.first, pair.second, pair.firstFromSecond, margin, manifolds.front())) {
@@ -306,7 +313,7 @@ bool mayMeet(PlacedShape& a, const Shape& shapeA, PlacedShape& b, const Shape& s
 
 }  // namespace
 
-void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
+double collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
              std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which) {
     const Frame bodies = frameOf(aFromB);
     const Frame bodiesBack = bodies.inverse();
@@ -316,18 +323,21 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
     for (const Shape& shape : b) {
         placedB.push_back(cull ? placed(shape) : PlacedShape{.pose = frameOf(shape.pose)});
     }
+    double apart = infinity;
     std::size_t cursor = 0;
     for (std::uint32_t i = 0; i < a.size(); ++i) {
         PlacedShape ofA = cull ? placed(a[i]) : PlacedShape{.pose = frameOf(a[i].pose)};
         const Frame& poseA = ofA.pose;
         for (std::uint32_t j = 0; j < b.size(); ++j) {
             if (cull && !mayMeet(ofA, a[i], placedB[j], b[j], bodies, aFromB, margin)) {
+                apart = std::min(apart, margin);
                 continue;
             }
             const bool swapped = rank(b[j].kind) < rank(a[i].kind);
             const Shape& first = swapped ? b[j] : a[i];
             const Shape& second = swapped ? a[i] : b[j];
             if (!isConvex(second.kind)) {
+                apart = 0;
                 continue;  // two static shapes
             }
             const Frame& poseB = placedB[j].pose;
@@ -343,7 +353,7 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
             const Vec3d lastNormal =
                 last != nullptr ? Vec3d(bodyAFromFirst.rotation.transpose() * last->normal) : Vec3d(Vec3d::Zero());
             ++counts.calls;
-            const std::vector<WorkManifold>& manifolds = answer(pair, margin, which, lastNormal, counts);
+            const std::vector<WorkManifold>& manifolds = answer(pair, margin, which, lastNormal, counts, apart);
             for (const WorkManifold& m : manifolds) {
                 appendInBodies(m, pair, i, j, out);
             }
@@ -352,6 +362,7 @@ void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aF
             }
         }
     }
+    return apart;
 }
 
 std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double maxDistance) {

@@ -46,8 +46,9 @@ struct PairCache {
 // Appends to `out` the manifolds of body A against body B, in a fixed order. aFromB: the pose of B's body frame in A's.
 // margin (m, >= 0): points up to this far apart are reported too, with positive separation, so that a resting contact
 // does not flicker and the solver can stop a body before it touches. Thread-safe for different caches. Never throws: a
-// pair that no method can answer is repaired and counted. Poses must be finite.
-void collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
+// pair that no method can answer is repaired and counted. Poses must be finite. Answers how far apart the two are at
+// least, m: the margin or more where nothing was found and that is known, else 0.
+double collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
              std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which = NarrowPhase::Auto);
 
 // The triangle of a mesh or height field on which a contact point lies: that of the mesh as it was given, or of the

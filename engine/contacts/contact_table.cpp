@@ -137,16 +137,30 @@ void ContactTable<S>::follow(const std::vector<ProxyPair>& near, const BodyTable
 }
 
 template <class S>
+bool ContactTable<S>::isFarApart(const PairContacts<S>& pair, const SpeculativeBounds& speculative) const {
+    const Roaming& a = roaming_[pair.pair.a];
+    const Roaming& b = roaming_[pair.pair.b];
+    // Of what is not known this is false.
+    return pair.made && !pair.past &&
+           a.way + b.way - pair.roamed + speculative.dt * (a.speed + b.speed) + speculative.margin <= pair.apart;
+}
+
+template <class S>
 void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs,
                               bool onlyChanged) {
     constexpr std::size_t pairsPerJob = 32;
     const std::size_t jobCount = (pairs_.size() + pairsPerJob - 1) / pairsPerJob;
     countsOf_.assign(jobCount, {});
+    roaming_.resize(bodies.slotCount());
     seen_.assign(pairs_.size(), {});
     using Side = std::optional<PlacedSide<S>>;
     // last: the first side of the pair before, which is mostly this one's too.
     const auto look = [&](std::size_t i, Side& last, NarrowCounts& counts) {
         PairContacts<S>& pair = pairs_[i];
+        if (!onlyChanged && isFarApart(pair, speculative)) {
+            seen_[i] = {.isCarried = true};
+            return;
+        }
         const Body<S>& a = bodies[pair.pair.a];
         const Body<S>& b = bodies[pair.pair.b];
         const bool changed = a.changed || b.changed;
@@ -162,6 +176,11 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
         }
         const PlacedSide<S> other(PairSide<S>{&b, b.pose, b.v, b.w});
         const bool anew = collidePair<S>(pair, *last, other, speculative, counts);
+        if (anew) {
+            pair.roamed = roaming_[pair.pair.a].way + roaming_[pair.pair.b].way;
+        } else if (changed) {
+            pair.roamed = std::numeric_limits<double>::quiet_NaN();
+        }
         seen_[i] = {.isCarried = !anew, .isOfGround = isOfGround(pair, a, b), .mayDiffer = mayDiffer};
     };
     parallelFor(jobs, jobCount, 1, [&](std::size_t k) {

@@ -50,6 +50,9 @@ double reuseBound(const PairContacts<S>& pair, double wanted, double smallerRadi
 template <class S>
 bool holds(const PairContacts<S>& pair, const Moved& moved, double ahead, const SpeculativeBounds& speculative,
            double smallerRadius) {
+    if (moved.distance + ahead + speculative.margin <= pair.apart) {
+        return true;
+    }
     // What lies within the speculative bounds of this step must be among the known points.
     if (moved.distance > reuseBound(pair, speculative.reuseDistance, smallerRadius) ||
         moved.distance + ahead > pair.margin) {
@@ -334,10 +337,11 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
     static thread_local std::vector<Manifold> found;
     found.clear();
     // Many boxes meet whose balls are apart: the narrow phase would find nothing.
-    if ((a.pose.position - b.pose.position).template cast<double>().norm() <=
-        a.body->kind->radius + b.body->kind->radius + margin) {
-        collide(a.body->kind->def.shapes, b.body->kind->def.shapes, aFromB, margin, pair.cache, found, counts,
-                speculative.narrowPhase);
+    double apart = (a.pose.position - b.pose.position).template cast<double>().norm() - a.body->kind->radius -
+                   b.body->kind->radius;
+    if (!(apart > margin)) {
+        apart = collide(a.body->kind->def.shapes, b.body->kind->def.shapes, aFromB, margin, pair.cache, found, counts,
+                        speculative.narrowPhase);
     }
     // What is beside the motion cannot be met.
     double known = margin;
@@ -381,6 +385,8 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
     pair.isNew = true;
     pair.aFromB = aFromB;
     pair.margin = known;
+    pair.apart = apart;
+    pair.roamed = std::numeric_limits<double>::quiet_NaN();
     pair.made = true;
     return true;
 }

@@ -6,6 +6,7 @@
 #include "engine/constraints/contact.hpp"
 #include "engine/model/body.hpp"
 
+#include <limits>
 #include <map>
 #include <set>
 #include <span>
@@ -125,6 +126,9 @@ struct PairContacts {
     };
     Posed aFromB;       // at which the manifolds were made
     double margin = 0;  // m, as far as which they were looked for
+    double apart = 0;   // m, as far as the bodies were apart then at least; 0 where that is not known
+    // m, that its bodies had gone until then, together, as ContactTable::roam() counts; NaN: unknown.
+    double roamed = std::numeric_limits<double>::quiet_NaN();
     std::vector<ContactManifold<S>> manifolds;
     Rare<Past> past;
     bool made = false;
@@ -245,6 +249,21 @@ public:
     // The forces that a body's contacts hold are no good: its manifolds are made from nothing.
     void forgetForces(ProxyId body);
 
+    // After a step, before its update(), of all bodies that may have moved: no point of one has gone farther in it than
+    // `distance` (m), and none goes faster than `speed` (m/s). Pairs that were farther apart than their two can have
+    // come closer, and can in a step, are not looked at. Thread-safe for different bodies.
+    void makeRoomToRoam(std::size_t bodies) { roaming_.resize(bodies); }
+    void roam(ProxyId body, double distance, double speed) {
+        roaming_[body].way += distance;
+        roaming_[body].speed = speed;
+    }
+    // It is where it is by another way than a step.
+    void strayed(ProxyId body) {
+        if (body < roaming_.size()) {
+            roaming_[body].speed = std::numeric_limits<double>::infinity();
+        }
+    }
+
     std::vector<PairContacts<S>>& pairs() { return pairs_; }
     const std::vector<PairContacts<S>>& pairs() const { return pairs_; }
     // Of bodies that both rest, as they were when the later of them fell asleep: no step looks at them.
@@ -277,7 +296,14 @@ private:
     void renewBackward();
     void collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged);
     void cull(const BodyTable<S>& bodies, JobSystem& jobs);
+    // Whether it has no manifold, and cannot have one now.
+    bool isFarApart(const PairContacts<S>& pair, const SpeculativeBounds& speculative) const;
 
+    struct Roaming {
+        double way = 0;                                          // m, of all its steps
+        double speed = std::numeric_limits<double>::infinity();  // m/s
+    };
+    std::vector<Roaming> roaming_;        // by body
     std::vector<PairContacts<S>> pairs_;  // sorted
     std::vector<ProxyPair> near_;         // room for update()
     std::vector<std::uint8_t> crowd_;

@@ -120,6 +120,7 @@ struct World<S>::Impl {
         if (!bodies[index].changed) {
             bodies[index].changed = true;
             changed.push_back(index);
+            contacts.strayed(index);
         }
     }
     void wakeBodies(const Joint<S>& joint);
@@ -156,6 +157,8 @@ private:
     // Of the awake bodies: who leaves its fat box, most do not, is asked in parallel; they are then moved in order.
     void moveThose(FunctionRef<bool(std::uint32_t)> leaves, FunctionRef<void(std::uint32_t)> moveOne);
     void moveProxy(std::uint32_t i, double dt);
+    // Tells the contacts how far who is awake went in the step.
+    void noteRoaming();
     // Continuous collision.
     void catchFastBodies(S dt);
     // Completes the islands' errors by the depth of the contacts, and sums them up.

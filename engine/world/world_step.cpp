@@ -80,6 +80,7 @@ void World<S>::Impl::move(S dt) {
     moveProxies(static_cast<double>(dt));
     broadPhase.update(*jobs);
     report.times.broadPhase = stages.end();
+    noteRoaming();
     detect(static_cast<double>(dt), false);
     report.times.narrowPhase += stages.end();
 
@@ -100,6 +101,9 @@ void World<S>::Impl::detect(double dt, bool onlyChanged) {
     detectedFor = onlyChanged ? std::min(dt, detectedFor) : dt;
     for (const std::uint32_t i : changed) {
         bodies[i].changed = false;
+        if (bodies[i].type == BodyType::Static) {
+            contacts.roam(i, 0, 0);
+        }
         if (bodies[i].isDynamic() && !bodies[i].awake && broadPhase.contains(i)) {
             broadPhase.setResting(i, true);
         }
@@ -149,6 +153,22 @@ void World<S>::Impl::applyChanges(double dt) {
         detect(dt, true);
     }
     tidyAwake();
+}
+
+template <class S>
+void World<S>::Impl::noteRoaming() {
+    contacts.makeRoomToRoam(bodies.slotCount());
+    parallelFor(*jobs, awake.bodies.size(), 64, [&](std::size_t k) {
+        const std::uint32_t i = awake.bodies[k];
+        const Body<S>& b = bodies[i];
+        const Vec3d went = (b.pose.position - before[i].position).template cast<double>();
+        const Quatd turn = (before[i].rotation.conjugate() * b.pose.rotation).template cast<double>();
+        const double chord = 2 * turn.vec().norm();
+        const double spin = static_cast<double>(b.w.norm());
+        const double radius = b.kind->radius;
+        contacts.roam(i, went.norm() + (chord > 0 ? chord * radius : 0),
+                      static_cast<double>(b.v.norm()) + (spin > 0 ? spin * radius : 0));
+    });
 }
 
 template <class S>

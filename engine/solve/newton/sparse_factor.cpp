@@ -1,5 +1,4 @@
 #include "engine/solve/newton/sparse_factor.hpp"
-#include "engine/solve/kernels/dense_kernels.hpp"
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
@@ -82,6 +81,42 @@ std::vector<int> postorder(const std::vector<std::vector<int>>& laterOf) {
     }
     std::reverse(visited.begin(), visited.end());
     return visited;
+}
+
+// f(count), a constant where it is the three rows of most joints, so that loops over it are unrolled.
+template <class F>
+[[gnu::always_inline]] inline void withRows(std::size_t count, F f) {
+    if (count == 3) {
+        f(std::integral_constant<std::size_t, 3>());
+    } else {
+        f(count);
+    }
+}
+
+// out <- matrix (count x count) x; the two may be the same.
+template <class Count>
+[[gnu::always_inline]] inline void multiply(DenseRows matrix, const double* x, Count count, double* out) {
+    std::array<double, SparseFactor::maxRows> product;
+    for (std::size_t r = 0; r < count; ++r) {
+        double sum = 0;
+        for (std::size_t c = 0; c < count; ++c) {
+            sum += matrix.at[r * matrix.rowStep + c] * x[c];
+        }
+        product[r] = sum;
+    }
+    for (std::size_t r = 0; r < count; ++r) {
+        out[r] = product[r];
+    }
+}
+
+// Of up to `widest` numbers, added up in the order of the kernel subtractDots.
+[[gnu::always_inline]] inline double dotOf(const double* a, const double* b, std::size_t count) {
+    if (count == 3) {
+        return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    }
+    const auto product = [&](std::size_t i) { return i < count ? a[i] * b[i] : 0.0; };
+    const double first = (product(0) + product(1)) + (product(2) + product(3));
+    return count > 4 ? first + ((product(4) + product(5)) + (product(6) + product(7))) : first;
 }
 
 }  // namespace
@@ -359,7 +394,11 @@ bool SparseFactor::factor() {
         const auto last = groups_.begin() + static_cast<std::ptrdiff_t>(s.groupEnd);
         if (s.m > 0 && s.n > 0 &&
             std::any_of(first, last, [&](const Group& group) { return isNew_[at(group.target)] != 0; })) {
-            update(s);
+            if (kind_ == Kind::Positive && s.m <= fewRows && isSmall(s)) {
+                updateByFew(s);
+            } else {
+                update(s);
+            }
         }
     }
     return true;
@@ -461,6 +500,57 @@ void SparseFactor::update(const Supernode& s) {
     }
 }
 
+void SparseFactor::updateByFew(const Supernode& s) {
+    SmallBlock scaled;  // D^-1 times the upper panel
+    const double* upper = matrix_.data() + s.upper;
+    for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
+        const DenseRows inverse = pivotOf(s, place);
+        const double* own = upper + rowOf_[place] * s.step;
+        double* out = scaled.data() + rowOf_[place] * maxRows;
+        withRows(count_[place], [&](auto count) {
+            for (std::size_t r = 0; r < count; ++r) {
+                for (std::size_t c = 0; c < s.n; ++c) {
+                    double sum = 0;
+                    for (std::size_t l = 0; l < count; ++l) {
+                        sum += inverse.at[r * s.m + l] * own[l * s.step + c];
+                    }
+                    out[r * maxRows + c] = sum;
+                }
+            }
+        });
+    }
+    // Element (row, column) of what is taken off, of the columns of later_[k].
+    const auto take = [&](std::size_t row, std::size_t k, double* from) {
+        const double* right = upper + laterRow_[k];
+        withRows(s.m, [&](auto rows) {
+            for (std::size_t c = 0; c < count_[at(later_[k])]; ++c) {
+                double sum = 0;
+                for (std::size_t l = 0; l < rows; ++l) {
+                    sum -= scaled[l * maxRows + row] * right[l * s.step + c];
+                }
+                from[c] += sum;
+            }
+        });
+    };
+    for (std::size_t g = s.groups; g < s.groupEnd; ++g) {
+        const Group& group = groups_[g];
+        const Supernode& target = supernodes_[at(group.target)];
+        for (std::size_t i = group.begin; i < group.end && isNew_[at(group.target)] != 0; ++i) {
+            const std::size_t place = at(later_[i]);
+            for (std::size_t r = 0; r < count_[place]; ++r) {
+                double* pivot = matrix_.data() + target.pivot + (rowOf_[place] + r) * target.m;
+                for (std::size_t k = group.begin; k < group.end; ++k) {
+                    take(laterRow_[i] + r, k, pivot + rowOf_[at(later_[k])]);
+                }
+                double* panel = matrix_.data() + target.upper + (rowOf_[place] + r) * target.step;
+                for (std::size_t k = group.end; k < s.laterEnd; ++k) {
+                    take(laterRow_[i] + r, k, panel + laterRow_[relative_[group.relative + (k - group.end)]]);
+                }
+            }
+        }
+    }
+}
+
 void SparseFactor::scatter(const Supernode& s, const Group& group, bool isUpper) {
     const Supernode& target = supernodes_[at(group.target)];
     const std::size_t first = laterRow_[group.begin];
@@ -491,23 +581,28 @@ void SparseFactor::scatter(const Supernode& s, const Group& group, bool isUpper)
 }
 
 void SparseFactor::substitute() {
-    const DenseKernels& kernels = denseKernels();
-    const auto multiplyByPivot = [&](const Supernode& s, std::size_t place, const double* x, double* out) {
-        const double* pivot = matrix_.data() + s.pivot + rowOf_[place] * (s.m + 1);
-        std::array<double, maxRows> product{};
-        for (std::size_t r = 0; r < count_[place]; ++r) {
-            for (std::size_t c = 0; c < count_[place]; ++c) {
-                product[r] += pivot[r * s.m + c] * x[c];
-            }
-        }
-        std::copy_n(product.begin(), count_[place], out);
-    };
     for (const Supernode& s : supernodes_) {
-        double* x = right_.data() + xOf_[at(s.begin)];
-        scaled_.resize(std::max(scaled_.size(), s.m));
-        for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
-            const std::size_t row = rowOf_[place];
-            const std::size_t own = count_[place];
+        if (isSmall(s)) {
+            substituteFewForward(s);
+        } else {
+            substituteForward(s);
+        }
+    }
+    for (std::size_t i = supernodes_.size(); i-- > 0;) {
+        const Supernode& s = supernodes_[i];
+        if (isSmall(s)) {
+            substituteFewBackward(s);
+        } else {
+            substituteBackward(s);
+        }
+    }
+}
+
+void SparseFactor::takeOwn(const Supernode& s, double* scaled) {
+    double* x = right_.data() + xOf_[at(s.begin)];
+    for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
+        const std::size_t row = rowOf_[place];
+        withRows(count_[place], [&](auto own) {
             for (std::size_t r = row + own; r < s.m; ++r) {
                 const double* left = matrix_.data() + s.pivot + r * s.m + row;
                 for (std::size_t c = 0; c < own; ++c) {
@@ -515,38 +610,93 @@ void SparseFactor::substitute() {
                 }
             }
             if (kind_ == Kind::Positive) {
-                multiplyByPivot(s, place, x + row, scaled_.data() + row);
+                multiply(pivotOf(s, place), x + row, own, scaled + row);
             } else {
-                std::copy_n(x + row, own, scaled_.data() + row);
+                for (std::size_t r = 0; r < own; ++r) {
+                    scaled[row + r] = x[row + r];
+                }
             }
-        }
-        product_.assign(s.step, 0.0);
-        double* panel = matrix_.data() + (kind_ == Kind::Positive ? s.upper : s.lower);
-        kernels.subtractProduct({product_.data(), s.step}, {scaled_.data(), 0, 1}, {panel, s.step}, 1, s.m, s.step);
-        for (std::size_t k = s.later; k < s.laterEnd; ++k) {
-            const std::size_t place = at(later_[k]);
-            for (std::size_t c = 0; c < count_[place]; ++c) {
-                right_[xOf_[place] + c] += product_[laterRow_[k] + c];
-            }
+        });
+    }
+}
+
+void SparseFactor::substituteForward(const Supernode& s) {
+    scaled_.resize(std::max(scaled_.size(), s.m));
+    takeOwn(s, scaled_.data());
+    product_.assign(s.step, 0.0);
+    double* panel = matrix_.data() + (kind_ == Kind::Positive ? s.upper : s.lower);
+    denseKernels().subtractProduct({product_.data(), s.step}, {scaled_.data(), 0, 1}, {panel, s.step}, 1, s.m, s.step);
+    for (std::size_t k = s.later; k < s.laterEnd; ++k) {
+        const std::size_t place = at(later_[k]);
+        for (std::size_t c = 0; c < count_[place]; ++c) {
+            right_[xOf_[place] + c] += product_[laterRow_[k] + c];
         }
     }
-    for (std::size_t i = supernodes_.size(); i-- > 0;) {
-        const Supernode& s = supernodes_[i];
-        double* x = right_.data() + xOf_[at(s.begin)];
-        product_.assign(s.step, 0.0);
-        for (std::size_t k = s.later; k < s.laterEnd; ++k) {
-            const std::size_t place = at(later_[k]);
-            std::copy_n(right_.begin() + static_cast<std::ptrdiff_t>(xOf_[place]), count_[place],
-                        product_.begin() + static_cast<std::ptrdiff_t>(laterRow_[k]));
-        }
-        kernels.subtractDots(x, {matrix_.data() + s.upper, s.step}, product_.data(), s.m, s.step);
-        for (std::size_t place = at(s.end); place-- > at(s.begin);) {
-            const std::size_t row = rowOf_[place];
-            const std::size_t next = row + count_[place];
-            kernels.subtractDots(x + row, {matrix_.data() + s.pivot + row * s.m + next, s.m}, x + next, count_[place],
-                                 s.m - next);
-            multiplyByPivot(s, place, x + row, x + row);
-        }
+}
+
+void SparseFactor::substituteFewForward(const Supernode& s) {
+    std::array<double, maxRows> scaled;
+    takeOwn(s, scaled.data());
+    const double* panel = matrix_.data() + (kind_ == Kind::Positive ? s.upper : s.lower);
+    for (std::size_t k = s.later; k < s.laterEnd; ++k) {
+        const std::size_t place = at(later_[k]);
+        const double* block = panel + laterRow_[k];
+        double* x = right_.data() + xOf_[place];
+        withRows(s.m, [&](auto rows) {
+            for (std::size_t c = 0; c < count_[place]; ++c) {
+                double sum = 0;
+                for (std::size_t r = 0; r < rows; ++r) {
+                    sum -= scaled[r] * block[r * s.step + c];
+                }
+                x[c] += sum;
+            }
+        });
+    }
+}
+
+void SparseFactor::substituteBackward(const Supernode& s) {
+    const auto& subtractDots = denseKernels().subtractDots;
+    double* x = right_.data() + xOf_[at(s.begin)];
+    product_.assign(s.step, 0.0);
+    for (std::size_t k = s.later; k < s.laterEnd; ++k) {
+        const std::size_t place = at(later_[k]);
+        std::copy_n(right_.begin() + static_cast<std::ptrdiff_t>(xOf_[place]), count_[place],
+                    product_.begin() + static_cast<std::ptrdiff_t>(laterRow_[k]));
+    }
+    subtractDots(x, {matrix_.data() + s.upper, s.step}, product_.data(), s.m, s.step);
+    for (std::size_t place = at(s.end); place-- > at(s.begin);) {
+        const std::size_t row = rowOf_[place];
+        const std::size_t next = row + count_[place];
+        subtractDots(x + row, {matrix_.data() + s.pivot + row * s.m + next, s.m}, x + next, count_[place], s.m - next);
+        withRows(count_[place], [&](auto count) { multiply(pivotOf(s, place), x + row, count, x + row); });
+    }
+}
+
+void SparseFactor::substituteFewBackward(const Supernode& s) {
+    double* x = right_.data() + xOf_[at(s.begin)];
+    std::array<double, widest> others;
+    for (std::size_t k = s.later; k < s.laterEnd; ++k) {
+        const std::size_t place = at(later_[k]);
+        withRows(count_[place], [&](auto count) {
+            for (std::size_t c = 0; c < count; ++c) {
+                others[laterRow_[k] + c] = right_[xOf_[place] + c];
+            }
+        });
+    }
+    const double* upper = matrix_.data() + s.upper;
+    for (std::size_t r = 0; r < s.m; ++r) {
+        x[r] -= dotOf(upper + r * s.step, others.data(), s.n);
+    }
+    for (std::size_t place = at(s.end); place-- > at(s.begin);) {
+        const std::size_t row = rowOf_[place];
+        const std::size_t next = row + count_[place];
+        const DenseRows pivot = pivotOf(s, place);
+        withRows(count_[place], [&](auto count) {
+            for (std::size_t r = 0; r < count && next < s.m; ++r) {
+                x[row + r] -= dotOf(pivot.at + r * s.m + count, x + next, s.m - next);
+            }
+            multiply(pivot, x + row, count, x + row);
+        });
     }
 }
 

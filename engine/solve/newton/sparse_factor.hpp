@@ -5,6 +5,7 @@
 // and have the same neighbours left, or nearly, are eliminated together, as a dense panel (a supernode: Ng and Peyton
 // 1993). Order and pattern are kept while the graph stays.
 #include "base/base.hpp"
+#include "engine/solve/kernels/dense_kernels.hpp"
 
 namespace cairn {
 
@@ -75,6 +76,10 @@ private:
         bool isInside, isTurned;
     };
 
+    // So small that calls of kernels would take longer than their sums: as of trees of joints.
+    static bool isSmall(const Supernode& s) { return s.m <= maxRows && s.n <= maxRows; }
+    static constexpr std::size_t fewRows = 5;  // of a supernode: updates of more are worth a kernel
+
     void order(const std::vector<Edge>& edges);
     // The later neighbours of each place, fill and all. False where that would cost more than `maxWork`.
     bool fill(const std::vector<Edge>& edges, double maxWork, std::vector<std::vector<int>>& laterOf);
@@ -86,7 +91,19 @@ private:
     bool eliminate(const Supernode& s);
     // Takes its share off the later supernodes that are new.
     void update(const Supernode& s);
+    void updateByFew(const Supernode& s);  // the same to the bit
     void scatter(const Supernode& s, const Group& group, bool isUpper);
+    DenseRows pivotOf(const Supernode& s, std::size_t place) {
+        return {matrix_.data() + s.pivot + rowOf_[place] * (s.m + 1), s.m};
+    }
+    // The right-hand side of the supernode's own rows, through its pivot: scaled is that times D^-1 where the matrix is
+    // positive.
+    void takeOwn(const Supernode& s, double* scaled);
+    void substituteForward(const Supernode& s);
+    void substituteBackward(const Supernode& s);
+    // The same to the bit, of what isSmall().
+    void substituteFewForward(const Supernode& s);
+    void substituteFewBackward(const Supernode& s);
 
     Kind kind_;
     std::vector<int> rows_;  // of each node, at most
