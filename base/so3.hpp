@@ -37,6 +37,34 @@ S sineLagSeries(S x2) {
            (S(1) - x2 * (S(1) / S(20)) * (S(1) - x2 * (S(1) / S(42)) * (S(1) - x2 * (S(1) / S(72)) * tail)));
 }
 
+// Of an angle x (rad), by its square: sin x / x, (1 - cos x) / x^2, (x - sin x) / x^3. What a turn makes of a vector,
+// v + sine theta x v + versine theta x (theta x v), and the left Jacobian are made of them.
+template <class S>
+struct TurnSeries {
+    S sine;
+    S versine;
+    S lag;
+
+    explicit TurnSeries(S square) {
+        if (square < S(1e-3)) {
+            // So many terms of the series are enough.
+            versine = S(0.5) * (S(1) - square * (S(1) / S(12)) * (S(1) - square * (S(1) / S(30)) * (S(1) - square * (S(1) / S(56)))));
+            lag = S(1) / S(6) * (S(1) - square * (S(1) / S(20)) * (S(1) - square * (S(1) / S(42)) * (S(1) - square * (S(1) / S(72)))));
+            sine = S(1) - square * lag;
+        } else if (square < seriesSquare<S>) {
+            versine = versineSeries(square);
+            lag = sineLagSeries(square);
+            sine = S(1) - square * lag;
+        } else {
+            const S angle = std::sqrt(square);
+            const S sinHalf = std::sin(S(0.5) * angle);
+            sine = std::sin(angle) / angle;
+            versine = S(2) * sinHalf * sinHalf / square;
+            lag = (S(1) - sine) / square;
+        }
+    }
+};
+
 // [v]x, the matrix with [v]x w = v x w.
 template <class S>
 Mat3<S> hat(const Vec3<S>& v) {
@@ -86,20 +114,9 @@ Vec3<S> logQuat(const Quat<S>& q) {
 // Left Jacobian of SO(3): omega = J_L(theta) dtheta/dt (theory 2.8).
 template <class S>
 Mat3<S> leftJacobian(const Vec3<S>& theta) {
-    const S squared = theta.squaredNorm();
-    S a;  // (1 - cos) / angle^2
-    S b;  // (angle - sin) / angle^3
-    if (squared < seriesSquare<S>) {
-        a = versineSeries(squared);
-        b = sineLagSeries(squared);
-    } else {
-        const S angle = std::sqrt(squared);
-        const S sinHalf = std::sin(S(0.5) * angle);
-        a = S(2) * sinHalf * sinHalf / squared;
-        b = (angle - std::sin(angle)) / (squared * angle);
-    }
+    const TurnSeries<S> series(theta.squaredNorm());
     const Mat3<S> k = hat(theta);
-    return Mat3<S>::Identity() + a * k + b * k * k;
+    return Mat3<S>::Identity() + series.versine * k + series.lag * k * k;
 }
 
 // Inverse of leftJacobian; finite for |theta| < 2 pi.

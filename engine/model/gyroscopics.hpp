@@ -43,21 +43,33 @@ bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
     const S scale = S(1) / inertia.trace();
     w2 = w1;
     Mat3<S> inverse = Mat3<S>::Zero();
-    const bool isFar = h * w1.norm() > S(1.2) * turnInOne<S>;
-    // At a third of a radian Newton is at round-off after three iterations, of which the third is as good with the
-    // gradient of the second.
+    // The gradient changes by the square of a small turn: one serves all iterations.
+    const S angle = h * w1.norm();
+    const int gradients = angle < S(0.03) ? 1 : angle < S(1.2) * turnInOne<S> ? 2 : 20;
+    S before = w1.norm();  // rad/s, the last change
+    const S roundOff = Eigen::NumTraits<S>::epsilon() * before;
     for (int iteration = 0; iteration < 10; ++iteration) {
         const Vec3<S> turn = -S(0.5) * h * (w1 + w2);
-        const Vec3<S> p2 = expQuat(turn) * p1;
-        if (iteration < 2 || isFar) {
-            const Mat3<S> gradient = inertia - S(0.5) * h * hat(p2) * leftJacobian(turn);
-            inverse = Mat3<S>(scale * gradient).inverse();
+        const TurnSeries<S> series(turn.squaredNorm());
+        const Vec3<S> across = turn.cross(p1);
+        const Vec3<S> p2 = p1 + series.sine * across + series.versine * turn.cross(across);
+        if (iteration < gradients) {
+            // [p2]x J_L(turn), the products of crosses written out.
+            const S along = turn.dot(p2);
+            const Vec3<S> back = p2.cross(turn);
+            Mat3<S> slope = hat(Vec3<S>(p2 - series.lag * along * turn));
+            slope.noalias() += turn * (series.versine * p2 + series.lag * back).transpose();
+            slope.diagonal().array() -= series.versine * along;
+            inverse = Mat3<S>(scale * (inertia - S(0.5) * h * slope)).inverse();
         }
         const Vec3<S> change = inverse * (scale * (inertia * w2 - p2));
         w2 -= change;
-        if (change.squaredNorm() <= Eigen::NumTraits<S>::epsilon() * w2.squaredNorm()) {
+        // The next would be as much smaller than this as this is than the last, or less.
+        const S length = change.norm();
+        if (length * length <= roundOff * before) {
             return true;
         }
+        before = length;
     }
     return w1.isZero();
 }

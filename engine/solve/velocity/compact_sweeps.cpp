@@ -21,6 +21,9 @@ void CompactSweeps<S>::readBodies(Problem<S>& problem) {
     rows_.readBodies(problem);
     readMasses(problem);
     joints_.couple(problem, masses_.data());
+    if (!ContactLanes<S>::areFor(problem)) {
+        problem.forEach(problem.contacts.size(), [&](std::size_t c) { beginSweeps(problem, c); });
+    }
 }
 
 template <class S>
@@ -43,8 +46,11 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
         static_assert(sizeof(BodyMass<S>) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
         lanes_.begin(problem, {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart}, &masses_.front().inverse);
     } else {
-        problem.forEach(problem.contacts.size(),
-                        [&](std::size_t c) { beginContact(problem, c, spring, warmStart, h); });
+        sweeps_.resize(problem.contactRows.size());
+        problem.forEach(problem.contacts.size(), [&](std::size_t c) {
+            beginContact(problem, c, spring, warmStart, h);
+            beginSweeps(problem, c);
+        });
     }
     contactRowCount_ = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {
@@ -54,7 +60,7 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
 
 template <class S>
 void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const PushOutSpring<S>& spring, S warmStart,
-                                    S h) const {
+                                    S h) {
     const ProblemContact<S>& contact = problem.contacts[c];
     const ContactFrame<S>& frame = problem.frames[c];
     const BodyMass<S>& a = masses_[static_cast<std::size_t>(contact.a)];
@@ -77,6 +83,24 @@ void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const Pu
         const bool isOpen = point.C > S(0);
         point.bias = isOpen ? point.C / h : std::max(spring.rate * point.C, -spring.maxSpeed);
         point.softness = isOpen ? S(0) : point.delassus[0] / spring.stiffness;
+    }
+}
+
+template <class S>
+void CompactSweeps<S>::beginSweeps(const Problem<S>& problem, std::size_t c) {
+    const ProblemContact<S>& contact = problem.contacts[c];
+    const ContactFrame<S>& frame = problem.frames[c];
+    const BodyMass<S>& a = masses_[static_cast<std::size_t>(contact.a)];
+    const BodyMass<S>& b = masses_[static_cast<std::size_t>(contact.b)];
+    const Vec3<S>* directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
+    const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
+    for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
+        const ContactRows<S>& point = problem.contactRows[i];
+        PointSweep& sweep = sweeps_[i];
+        for (std::size_t t = 0; t < (point.isIdle ? 0 : contact.hasFriction() ? 3 : 1); ++t) {
+            sweep.turns[t] = {a.spin(point.armA.cross(*directions[t])), b.spin(point.armB.cross(*directions[t]))};
+            sweep.scale[t] = S(1) / (point.delassus[t] + (t == 0 ? point.softness : S(0)));
+        }
     }
 }
 
@@ -177,35 +201,36 @@ void CompactSweeps<S>::warmStart(Problem<S>& problem) {
 template <class S>
 S CompactSweeps<S>::sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,
                                  S relaxation) {
+    const PointSweep* sweep = sweeps_.data() + contact.firstPoint;
     const Vec3<S> n = frame.normal;
     const Vec3<S> t1 = frame.tangent1;
     const Vec3<S> t2 = frame.tangent2;
     const bool rubs = contact.hasFriction();
     PushedBodies<S> bodies(rows_.v.data(), masses_.data(), contact.a, contact.b);
     S change = 0;
-    for (int k = 0; k < contact.count; ++k) {
+    for (int k = 0; k < contact.count; ++k, ++sweep) {
         ContactRows<S>& point = points[k];
         if (point.isIdle) {
             continue;
         }
         S* const p = point.impulse;
-        const S scale = point.delassus[0] + point.softness;
         const S error = n.dot(bodies.speed(point.armA, point.armB)) + point.bias + point.softness * p[0];
-        const S next = std::max(S(0), p[0] - relaxation * error / scale);
+        const S next = std::max(S(0), p[0] - relaxation * error * sweep->scale[0]);
         const S dp = next - p[0];
-        bodies.push(point.armA, point.armB, dp * n);
-        change += scale * dp * dp;
+        bodies.push(n, sweep->turns[0], dp);
+        change += (point.delassus[0] + point.softness) * dp * dp;
         p[0] = next;
         if (!rubs) {
             continue;
         }
         const Vec3<S> u = bodies.speed(point.armA, point.armB);
-        S wanted1 = p[1] - relaxation * t1.dot(u) / point.delassus[1];
-        S wanted2 = p[2] - relaxation * t2.dot(u) / point.delassus[2];
+        S wanted1 = p[1] - relaxation * t1.dot(u) * sweep->scale[1];
+        S wanted2 = p[2] - relaxation * t2.dot(u) * sweep->scale[2];
         ontoDisc(point.friction * next, wanted1, wanted2);
         const S dp1 = wanted1 - p[1];
         const S dp2 = wanted2 - p[2];
-        bodies.push(point.armA, point.armB, dp1 * t1 + dp2 * t2);
+        bodies.push(t1, sweep->turns[1], dp1);
+        bodies.push(t2, sweep->turns[2], dp2);
         change += point.delassus[1] * dp1 * dp1 + point.delassus[2] * dp2 * dp2;
         p[1] = wanted1;
         p[2] = wanted2;

@@ -26,6 +26,12 @@ template <class S>
            b.spin(armB.cross(direction)).cross(armB);
 }
 
+// By how much a unit of impulse on b, and its counterpart on a, turns each: rad/s a N s; of a with the other sign.
+template <class S>
+struct UnitTurns {
+    Vec3<S> a, b;
+};
+
 template <class S>
 class PushedBodies {
 public:
@@ -49,6 +55,13 @@ public:
         wa_ -= a_.spin(armA.cross(impulse));
         vb_ += b_.inverse * impulse;
         wb_ += b_.spin(armB.cross(impulse));
+    }
+    // So much (N s) of a unit impulse there along `direction` (world) that turns a and b by so much.
+    [[gnu::always_inline]] void push(const Vec3<S>& direction, const UnitTurns<S>& turns, S impulse) {
+        va_ -= a_.inverse * impulse * direction;
+        wa_ -= impulse * turns.a;
+        vb_ += b_.inverse * impulse * direction;
+        wb_ += impulse * turns.b;
     }
     // J v of a row with the gradients a and b, and a push along it.
     [[gnu::always_inline]] S speed(const Vec6<S>& a, const Vec6<S>& b) const {
