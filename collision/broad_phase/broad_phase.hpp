@@ -45,7 +45,8 @@ public:
     // Whether move() would re-insert the body; where not, it need not be called. Thread-safe beside other queries, so
     // that many may be asked in parallel and the few then moved in order.
     bool needsMove(ProxyId id, const Aabb& tight, const Vec3d& displacement) const;
-    bool holds(ProxyId id, const Aabb& box) const;  // within its fat box
+    bool holds(ProxyId id, const Aabb& box) const;     // within its fat box
+    bool overlaps(ProxyId id, const Aabb& box) const;  // by its fat box
     void refilter(ProxyId id);                      // its filter, or a joint of it, has changed
     // A static body rests, and so does one that sleeps: of two that rest no pair is kept, so that they cost nothing.
     void setResting(ProxyId id, bool rests);
@@ -55,9 +56,6 @@ public:
     // where part of a tree has grown too high and is built anew; a body added takes two nodes of FCL's.
     void update(JobSystem& jobs);
     void update();  // in the calling thread
-    // Of an update the boxes alone: casts and the like find all where it is, pairs() stays as it was.
-    void updateBoxes();
-
     // Sorted, each once, no static-static pair; the same for the same history whatever the thread count.
     const std::vector<ProxyPair>& pairs() const;
     // The ids whose fat boxes overlap `region`, sorted; they are as the last add(), remove() or move() left them.

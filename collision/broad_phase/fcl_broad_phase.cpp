@@ -400,6 +400,10 @@ bool BroadPhase::holds(ProxyId id, const Aabb& box) const {
     return impl_->fat(id).contains(box);
 }
 
+bool BroadPhase::overlaps(ProxyId id, const Aabb& box) const {
+    return impl_->fat(id).overlaps(box);
+}
+
 void BroadPhase::move(ProxyId id, const Aabb& tight, const Vec3d& displacement) {
     checkBox(tight);
     CAIRN_CHECK(displacement.allFinite(), "a sweep must be finite");
@@ -435,10 +439,6 @@ void BroadPhase::update(JobSystem& jobs) {
 
 void BroadPhase::update() {
     impl_->update(nullptr);
-}
-
-void BroadPhase::updateBoxes() {
-    impl_->reinsert();
 }
 
 const std::vector<ProxyPair>& BroadPhase::pairs() const {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <numbers>
 #include <numeric>
-#include <unordered_map>
 
 namespace cairn {
 namespace {
@@ -90,6 +89,16 @@ struct Held {
     Motion motion;
 };
 
+}  // namespace
+
+struct ContinuousRoom {
+    std::vector<Trajectory> trajectories;       // of fast bodies, rising, then of others
+    std::vector<std::uint32_t> numberOf;        // by body: of its trajectory; none
+    std::vector<std::vector<Encounter>> found;  // of a chunk of pairs, or of fast bodies that go far
+};
+
+namespace {
+
 // How deep (m) a fast body may get in another one.
 double depthLeft(const Trajectory& fast, const Trajectory& other) {
     return std::min(slackOf(fast.inner), mostSlackShare * std::min(fast.inner, other.inner));
@@ -125,27 +134,39 @@ double distanceMoved(const Trajectory& a, const Trajectory& b) {
 template <class S>
 class ContinuousCollision {
 public:
-    ContinuousCollision(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake, const JointTable<S>& joints,
-                        const BroadPhase& boxes, FunctionRef<bool(ProxyId, ProxyId)> mayCollide,
-                        const std::vector<Before<S>>& before, const Vec3<S>& gravity, S dt,
-                        const std::vector<std::uint8_t>& crowd)
+    ContinuousCollision(BodyTable<S>& bodies, const JointTable<S>& joints, const BroadPhase& boxes,
+                        FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
+                        const Vec3<S>& gravity, S dt, const std::vector<std::uint8_t>& crowd, ContinuousRoom& room)
         : bodies_(bodies),
-          awake_(awake),
           joints_(joints),
           boxes_(boxes),
           mayCollide_(mayCollide),
           before_(before),
           gravity_(gravity),
           dt_(dt),
-          crowd_(crowd) {}
+          crowd_(crowd),
+          trajectories_(room.trajectories),
+          numberOf_(room.numberOf),
+          chunks_(room.found) {}
+    ~ContinuousCollision() {
+        for (const Trajectory& t : trajectories_) {
+            numberOf_[t.body] = none;
+        }
+        trajectories_.clear();
+    }
+    ContinuousCollision(const ContinuousCollision&) = delete;
+    ContinuousCollision& operator=(const ContinuousCollision&) = delete;
 
-    CcdCounts run(JobSystem& jobs) {
-        choose();
+    CcdCounts run(const std::vector<std::uint32_t>& fast, JobSystem& jobs) {
+        numberOf_.resize(bodies_.slotCount(), none);
+        for (const ProxyId i : fast) {
+            addBody(i);
+        }
+        fastCount_ = fast.size();
         counts_.bodies = static_cast<int>(fastCount_);
         parallelFor(jobs, fastCount_, chunkSize,
                     [&](std::size_t k) { follow(trajectories_[k], motionOf(trajectories_[k].body)); });
-        chunks_.resize((fastCount_ + chunkSize - 1) / chunkSize);
-        parallelFor(jobs, chunks_.size(), 1, [&](std::size_t k) { findEncounters(k); });
+        findEncounters(jobs);
         nameTrajectories();
         for (int iteration = 0; iteration < maxIterations && fastCount_ > 0; ++iteration) {
             parallelFor(jobs, chunks_.size(), 1, [&](std::size_t k) {
@@ -185,23 +206,13 @@ private:
     // What was born in one spot passes through each other anyway where contacts have left pairs out, and comes apart.
     bool areOfCrowd(ProxyId a, ProxyId b) const { return isOfCrowd(crowd_, a) && isOfCrowd(crowd_, b); }
 
-    // Fast bodies have the first trajectories.
-    void choose() {
-        for (const ProxyId i : awake_) {
-            if (isFastBody(bodies_[i], before_[i], dt_)) {
-                addBody(i);
-            }
-        }
-        fastCount_ = trajectories_.size();
-    }
-
     // The number of its trajectory, which has no motion yet where it is new.
     std::uint32_t addBody(ProxyId i) {
-        const auto [at, isNew] = numberOf_.try_emplace(i, static_cast<std::uint32_t>(trajectories_.size()));
-        if (isNew) {
+        if (numberOf_[i] == none) {
+            numberOf_[i] = static_cast<std::uint32_t>(trajectories_.size());
             trajectories_.emplace_back().body = i;
         }
-        return at->second;
+        return numberOf_[i];
     }
     std::uint32_t addTrajectory(ProxyId i) {
         const std::size_t count = trajectories_.size();
@@ -236,36 +247,71 @@ private:
         t.half = (0.5 * (box.max - box.min)).array() + (turn > 0 ? turn * t.arm : 0);
     }
 
-    void findEncounters(std::size_t chunk) {
-        std::vector<Encounter>& encounters = chunks_[chunk];
-        const std::size_t end = std::min(fastCount_, (chunk + 1) * chunkSize);
-        for (std::size_t k = chunk * chunkSize; k < end; ++k) {
-            const Trajectory& own = trajectories_[k];
-            const Vec3d middle = own.middle + 0.5 * own.motion.displacement;
-            const Vec3d half = own.half + 0.5 * own.motion.displacement.cwiseAbs();
-            // Of two fast bodies the lower finds the other, whose box holds its way unless it turns by more than half
-            // a turn.
-            const bool findsAll = own.motion.turn.squaredNorm() > std::numbers::pi * std::numbers::pi;
-            const auto meet = [&](ProxyId other) {
-                const auto found = numberOf_.find(other);
-                const bool isMutual = found != numberOf_.end();
-                const std::uint32_t number = isMutual ? found->second : other;
-                if (other != own.body && (!isMutual || findsAll || k < number) && !areOfCrowd(own.body, other) &&
-                    mayCollide_(std::min(other, own.body), std::max(other, own.body))) {
-                    encounters.push_back({static_cast<std::uint32_t>(k), number, isMutual, {}, {}});
+    bool isFast(ProxyId body) const { return numberOf_[body] < fastCount_; }  // before others have trajectories
+    // The box about a long way holds much that is far from it.
+    static bool goesFar(const Trajectory& t) {
+        constexpr double longWay = 8;
+        return t.motion.displacement.norm() > longWay * t.half.maxCoeff();
+    }
+    static Aabb boxOf(const Trajectory& t) {
+        const Vec3d middle = t.middle + 0.5 * t.motion.displacement;
+        const Vec3d half = t.half + 0.5 * t.motion.displacement.cwiseAbs();
+        return {middle - half, middle + half};
+    }
+
+    void findEncounters(JobSystem& jobs) {
+        constexpr std::size_t pairsPerChunk = 512;
+        const std::size_t pairCount = boxes_.pairs().size();
+        const std::size_t ofPairs = (pairCount + pairsPerChunk - 1) / pairsPerChunk;
+        chunks_.resize(ofPairs + (fastCount_ + chunkSize - 1) / chunkSize);
+        parallelFor(jobs, chunks_.size(), 1, [&](std::size_t k) {
+            chunks_[k].clear();
+            if (k < ofPairs) {
+                const std::size_t begin = k * pairsPerChunk;
+                findAmongPairs(begin, std::min(pairCount, begin + pairsPerChunk), chunks_[k]);
+                return;
+            }
+            const std::size_t begin = (k - ofPairs) * chunkSize;
+            for (std::size_t t = begin; t < std::min(fastCount_, begin + chunkSize); ++t) {
+                if (goesFar(trajectories_[t])) {
+                    findOnWay(static_cast<std::uint32_t>(t), chunks_[k]);
                 }
-            };
-            // The box about a long way holds much that is far from it.
-            constexpr double longWay = 8;
-            if (own.motion.displacement.norm() > longWay * own.half.maxCoeff()) {
-                boxes_.cast(own.middle, own.motion.displacement, own.half, 1, [&](ProxyId other, double limit) {
-                    meet(other);
-                    return limit;
-                });
-            } else {
-                boxes_.forEachIn({middle - half, middle + half}, meet);
+            }
+        });
+    }
+
+    // Of pairs of which nobody goes far.
+    void findAmongPairs(std::size_t begin, std::size_t end, std::vector<Encounter>& encounters) const {
+        const auto reaches = [&](ProxyId body, ProxyId other) {
+            return isFast(body) && boxes_.overlaps(other, boxOf(trajectories_[numberOf_[body]]));
+        };
+        const auto isFound = [&](ProxyId body) { return isFast(body) && goesFar(trajectories_[numberOf_[body]]); };
+        for (std::size_t k = begin; k < end; ++k) {
+            const auto [a, b] = boxes_.pairs()[k];
+            if ((!isFast(a) && !isFast(b)) || areOfCrowd(a, b) || isFound(a) || isFound(b)) {
+                continue;
+            }
+            if (reaches(a, b) || reaches(b, a)) {
+                const bool isMutual = isFast(a) && isFast(b);
+                encounters.push_back(isFast(a) ? Encounter{numberOf_[a], isMutual ? numberOf_[b] : b, isMutual, {}, {}}
+                                               : Encounter{numberOf_[b], a, false, {}, {}});
             }
         }
+    }
+
+    // Of two that go far the lower finds the other.
+    void findOnWay(std::uint32_t k, std::vector<Encounter>& encounters) const {
+        const Trajectory& own = trajectories_[k];
+        boxes_.cast(own.middle, own.motion.displacement, own.half, 1, [&](ProxyId other, double limit) {
+            const bool isMutual = isFast(other);
+            const std::uint32_t number = isMutual ? numberOf_[other] : other;
+            const bool findsMe = isMutual && number < k && goesFar(trajectories_[number]);
+            if (other != own.body && !findsMe && !areOfCrowd(own.body, other) &&
+                mayCollide_(std::min(other, own.body), std::max(other, own.body))) {
+                encounters.push_back({k, number, isMutual, {}, {}});
+            }
+            return limit;
+        });
     }
 
     // So far an encounter with what is not fast has the body's number.
@@ -455,7 +501,6 @@ private:
     }
 
     BodyTable<S>& bodies_;
-    const std::vector<std::uint32_t>& awake_;
     const JointTable<S>& joints_;
     const BroadPhase& boxes_;
     FunctionRef<bool(ProxyId, ProxyId)> mayCollide_;
@@ -464,30 +509,34 @@ private:
     S dt_;
     const std::vector<std::uint8_t>& crowd_;
     std::vector<ProxyId> group_;  // by body: the lowest one of its group
-    std::vector<Trajectory> trajectories_;
-    std::size_t fastCount_ = 0;
-    std::unordered_map<ProxyId, std::uint32_t> numberOf_;  // of trajectories; few of the world's bodies have one
-    std::vector<std::vector<Encounter>> chunks_;           // of `chunkSize` fast bodies each
+    std::vector<Trajectory>& trajectories_;
+    std::vector<std::uint32_t>& numberOf_;
+    std::vector<std::vector<Encounter>>& chunks_;
+    std::size_t fastCount_ = 0;  // the first so many trajectories are theirs
     CcdCounts counts_;
 };
 
 }  // namespace
 
 template <class S>
-CcdCounts collideContinuously(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake,
-                              const JointTable<S>& joints, const BroadPhase& boxes,
-                              FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
-                              const Vec3<S>& gravity, S dt, const std::vector<std::uint8_t>& crowd, JobSystem& jobs) {
-    return ContinuousCollision<S>(bodies, awake, joints, boxes, mayCollide, before, gravity, dt, crowd).run(jobs);
+CcdCounts collideContinuously(BodyTable<S>& bodies, const std::vector<std::uint32_t>& fast, const JointTable<S>& joints,
+                              const BroadPhase& boxes, FunctionRef<bool(ProxyId, ProxyId)> mayCollide,
+                              const std::vector<Before<S>>& before, const Vec3<S>& gravity, S dt,
+                              const std::vector<std::uint8_t>& crowd, std::shared_ptr<ContinuousRoom>& room,
+                              JobSystem& jobs) {
+    if (!room) {
+        room = std::make_shared<ContinuousRoom>();
+    }
+    return ContinuousCollision<S>(bodies, joints, boxes, mayCollide, before, gravity, dt, crowd, *room).run(fast, jobs);
 }
 
 template CcdCounts collideContinuously(BodyTable<float>&, const std::vector<std::uint32_t>&, const JointTable<float>&,
                                        const BroadPhase&, FunctionRef<bool(ProxyId, ProxyId)>,
                                        const std::vector<Before<float>>&, const Vec3<float>&, float,
-                                       const std::vector<std::uint8_t>&, JobSystem&);
+                                       const std::vector<std::uint8_t>&, std::shared_ptr<ContinuousRoom>&, JobSystem&);
 template CcdCounts collideContinuously(BodyTable<double>&, const std::vector<std::uint32_t>&, const JointTable<double>&,
                                        const BroadPhase&, FunctionRef<bool(ProxyId, ProxyId)>,
                                        const std::vector<Before<double>>&, const Vec3<double>&, double,
-                                       const std::vector<std::uint8_t>&, JobSystem&);
+                                       const std::vector<std::uint8_t>&, std::shared_ptr<ContinuousRoom>&, JobSystem&);
 
 }  // namespace cairn

@@ -18,12 +18,29 @@ struct Before {
     Pose<S> pose() const { return {position, rotation}; }
 };
 
+// What is kept from step to step so that one like the last allocates nothing.
+struct ContinuousRoom;
+
+// rad, in a step: from there on a turn may be more than half of one, so that poses do not tell it.
+constexpr double farTurn = 3;
+
 struct CcdCounts {
     int bodies = 0;
     int held = 0;        // with the bodies jointed to them, that stay with them
     int unresolved = 0;  // meetings whose time was not found to tolerance: held back at a safe one; or still meeting
                          // something after the last iteration
 };
+
+// m, that no point of a body went farther from where it was, turning evenly (dt: s, of the step). Of what has no end and
+// turned, infinite.
+template <class S>
+double distanceMoved(const Body<S>& body, const Before<S>& before, double dt) {
+    const double went = static_cast<double>((body.pose.position - before.position).norm());
+    const double turned = static_cast<double>((before.rotation.conjugate() * body.pose.rotation).vec().norm());
+    const bool isFar = dt * static_cast<double>(std::max(body.w.norm(), before.w.norm())) > farTurn;
+    const double chord = isFar ? 2 : 2 * turned;
+    return chord > 0 ? went + chord * body.kind->radius : went;
+}
 
 // The box that a body's shapes stay in on their way from where it was, turning evenly (dt: s, of the step).
 template <class S>
@@ -32,7 +49,6 @@ Aabb boxOfWay(const Body<S>& body, const Before<S>& before, double dt) {
     const Aabb from = bounds(shapes, body.frameAt(before.pose()));
     const Aabb to = bounds(shapes, body.framePoseDouble());
     // A turn leads out of the box about its ends by an arc's sagitta; by more than half a turn anywhere.
-    constexpr double farTurn = 3;  // rad
     const double radius = std::isfinite(body.kind->radius) ? body.kind->radius : 0;
     const double spin = static_cast<double>(std::max(body.w.norm(), before.w.norm()));
     const double cosine = std::abs(static_cast<double>(before.rotation.dot(body.pose.rotation)));
@@ -57,13 +73,14 @@ bool isFastBody(const Body<S>& body, const Before<S>& before, S dt) {
            body.kind->ccdDistance;
 }
 
-// awake: who may have moved; `before` says of them alone where they were. `boxes` must hold every body from where it
-// was to where it is; mayCollide as in BroadPhase. gravity: m/s2. crowd: as ContactTable's; of two such bodies
-// neither holds the other back.
+// fast: the bodies whose ways are searched, rising; `before` says of who is awake alone where it was. `boxes` must hold
+// every body from where it was to where it is, and know their pairs; mayCollide as in BroadPhase. gravity: m/s2. crowd:
+// as ContactTable's; of two such bodies neither holds the other back. room: made where there is none.
 template <class S>
-CcdCounts collideContinuously(BodyTable<S>& bodies, const std::vector<std::uint32_t>& awake,
-                              const JointTable<S>& joints, const BroadPhase& boxes,
-                              FunctionRef<bool(ProxyId, ProxyId)> mayCollide, const std::vector<Before<S>>& before,
-                              const Vec3<S>& gravity, S dt, const std::vector<std::uint8_t>& crowd, JobSystem& jobs);
+CcdCounts collideContinuously(BodyTable<S>& bodies, const std::vector<std::uint32_t>& fast, const JointTable<S>& joints,
+                              const BroadPhase& boxes, FunctionRef<bool(ProxyId, ProxyId)> mayCollide,
+                              const std::vector<Before<S>>& before, const Vec3<S>& gravity, S dt,
+                              const std::vector<std::uint8_t>& crowd, std::shared_ptr<ContinuousRoom>& room,
+                              JobSystem& jobs);
 
 }  // namespace cairn

@@ -158,7 +158,7 @@ private:
     void moveThose(FunctionRef<bool(std::uint32_t)> leaves, FunctionRef<void(std::uint32_t)> moveOne);
     void moveProxy(std::uint32_t i, double dt);
     // Tells the contacts how far who is awake went in the step.
-    void noteRoaming();
+    void noteRoaming(S dt);
     // Continuous collision.
     void catchFastBodies(S dt);
     // Completes the islands' errors by the depth of the contacts, and sums them up.
@@ -219,6 +219,10 @@ private:
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
     std::vector<double> maxWork_;  // by awake island; empty: no bound
+    std::vector<double> roomToMove_;  // m, by body: as far as it may go from where it was in the box that it has
+    std::vector<std::uint8_t> isFast_;  // room of catchFastBodies()
+    std::vector<std::uint32_t> fast_;
+    std::shared_ptr<ContinuousRoom> continuousRoom_;
     // Of a pair: its depth, and the island whose error that is part of; -1: none's.
     struct Measured {
         int points = 0;

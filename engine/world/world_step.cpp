@@ -80,7 +80,7 @@ void World<S>::Impl::move(S dt) {
     moveProxies(static_cast<double>(dt));
     broadPhase.update(*jobs);
     report.times.broadPhase = stages.end();
-    noteRoaming();
+    noteRoaming(dt);
     detect(static_cast<double>(dt), false);
     report.times.narrowPhase += stages.end();
 
@@ -140,6 +140,7 @@ void World<S>::Impl::applyChanges(double dt) {
         broadPhase.update(*jobs);
         detect(dt, false);
     } else if (!changed.empty()) {
+        roomToMove_.resize(bodies.slotCount(), 0.0);
         for (const std::uint32_t i : changed) {
             if (bodies.used(i) && broadPhase.contains(i)) {
                 moveProxy(i, dt);
@@ -156,33 +157,34 @@ void World<S>::Impl::applyChanges(double dt) {
 }
 
 template <class S>
-void World<S>::Impl::noteRoaming() {
+void World<S>::Impl::noteRoaming(S dt) {
     contacts.makeRoomToRoam(bodies.slotCount());
     parallelFor(*jobs, awake.bodies.size(), 64, [&](std::size_t k) {
         const std::uint32_t i = awake.bodies[k];
         const Body<S>& b = bodies[i];
-        const Vec3d went = (b.pose.position - before[i].position).template cast<double>();
-        const Quatd turn = (before[i].rotation.conjugate() * b.pose.rotation).template cast<double>();
-        const double chord = 2 * turn.vec().norm();
         const double spin = static_cast<double>(b.w.norm());
-        const double radius = b.kind->radius;
-        contacts.roam(i, went.norm() + (chord > 0 ? chord * radius : 0),
-                      static_cast<double>(b.v.norm()) + (spin > 0 ? spin * radius : 0));
+        contacts.roam(i, distanceMoved(b, before[i], static_cast<double>(dt)),
+                      static_cast<double>(b.v.norm()) + (spin > 0 ? spin * b.kind->radius : 0));
     });
 }
 
 template <class S>
 void World<S>::Impl::moveProxy(std::uint32_t i, double dt) {
     broadPhase.move(i, speculativeBox(bodies[i], dt), dt * bodies[i].v.template cast<double>());
+    roomToMove_[i] = motion(bodies[i], dt);
 }
 
 template <class S>
 void World<S>::Impl::moveProxies(double dt) {
+    roomToMove_.resize(bodies.slotCount(), 0.0);
     moveThose(
         [&](std::uint32_t i) {
             const Body<S>& b = bodies[i];
-            return !b.stands() && broadPhase.contains(i) &&
-                   broadPhase.needsMove(i, speculativeBox(b, dt), dt * b.v.template cast<double>());
+            if (b.stands() || !broadPhase.contains(i)) {
+                return false;
+            }
+            roomToMove_[i] = motion(b, dt);
+            return broadPhase.needsMove(i, speculativeBox(b, dt), dt * b.v.template cast<double>());
         },
         [&](std::uint32_t i) { moveProxy(i, dt); });
 }
@@ -200,27 +202,35 @@ void World<S>::Impl::moveThose(FunctionRef<bool(std::uint32_t)> leaves, Function
 
 template <class S>
 void World<S>::Impl::catchFastBodies(S dt) {
-    const int fast = parallelSum(*jobs, awake.bodies.size(), 256, 0, [&](std::size_t begin, std::size_t end) {
-        int sum = 0;
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t i = awake.bodies[k];
-            sum += isFastBody(bodies[i], before[i], dt) ? 1 : 0;
-        }
-        return sum;
+    isFast_.resize(awake.bodies.size());
+    parallelFor(*jobs, awake.bodies.size(), 64, [&](std::size_t k) {
+        const std::uint32_t i = awake.bodies[k];
+        isFast_[k] = isFastBody(bodies[i], before[i], dt);
     });
-    if (fast == 0) {
+    fast_.clear();
+    for (std::size_t k = 0; k < awake.bodies.size(); ++k) {
+        if (isFast_[k] != 0) {
+            fast_.push_back(awake.bodies[k]);
+        }
+    }
+    if (fast_.empty()) {
         return;
     }
     // Boxes that hold every body all the way from where it was: most of those it has already do.
     const auto wayBox = [&](std::uint32_t i) {
         return boxOfWay(bodies[i], before[i], static_cast<double>(dt)).grown(0.5 * def.contactMargin);
     };
-    moveThose([&](std::uint32_t i) { return broadPhase.contains(i) && !broadPhase.holds(i, wayBox(i)); },
-              [&](std::uint32_t i) { broadPhase.move(i, wayBox(i), Vec3d::Zero()); });
-    broadPhase.updateBoxes();
+    moveThose(
+        [&](std::uint32_t i) {
+            const bool isWithin = distanceMoved(bodies[i], before[i], static_cast<double>(dt)) <= roomToMove_[i];
+            return broadPhase.contains(i) && !isWithin && !broadPhase.holds(i, wayBox(i));
+        },
+        [&](std::uint32_t i) { broadPhase.move(i, wayBox(i), Vec3d::Zero()); });
+    broadPhase.update(*jobs);
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
-    const CcdCounts counts = collideContinuously<S>(bodies, awake.bodies, joints, broadPhase, mayMeet, before,
-                                                    def.gravity.template cast<S>(), dt, contacts.crowd(), *jobs);
+    const CcdCounts counts =
+        collideContinuously<S>(bodies, fast_, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt,
+                               contacts.crowd(), continuousRoom_, *jobs);
     report.counts.ccdBodies = counts.bodies;
     report.counts.ccdHeldBodies = counts.held;
     report.counts.ccdUnresolved = counts.unresolved;
