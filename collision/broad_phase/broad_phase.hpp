@@ -40,7 +40,7 @@ public:
     void remove(ProxyId id);
     bool contains(ProxyId id) const;
     // Tells the new tight box; cheap when it stays within the fat one. `displacement` (m): this step's expected motion,
-    // by which a re-inserted fat box is stretched ahead.
+    // by some of which a re-inserted fat box is stretched ahead.
     void move(ProxyId id, const Aabb& tight, const Vec3d& displacement);
     // Whether move() would re-insert the body; where not, it need not be called. Thread-safe beside other queries, so
     // that many may be asked in parallel and the few then moved in order.

@@ -17,6 +17,9 @@ using Node = BoxTree::Node;
 
 // A fat box that reaches this many margins beyond a fresh one is taken back (a fast body that has stopped).
 constexpr double spareMargins = 4;
+// So many steps' motion a fresh box reaches ahead: of 3000 boxes in flight a step takes 8 % less than with one, and with
+// three no less again.
+constexpr double stepsAhead = 2;
 // How many ask in one job at least, and how many jobs an update is cut into at most; the cut is the same for any number
 // of threads.
 constexpr std::size_t asksPerJob = 32;
@@ -129,8 +132,8 @@ struct BroadPhase::Impl {
 
     Aabb fresh(const Aabb& tight, const Vec3d& displacement) const {
         Aabb box = tight.grown(margin);
-        box.min += displacement.cwiseMin(0.0);
-        box.max += displacement.cwiseMax(0.0);
+        box.min += stepsAhead * displacement.cwiseMin(0.0);
+        box.max += stepsAhead * displacement.cwiseMax(0.0);
         return box;
     }
 

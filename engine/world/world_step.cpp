@@ -171,7 +171,7 @@ void World<S>::Impl::noteRoaming(S dt) {
 template <class S>
 void World<S>::Impl::moveProxy(std::uint32_t i, double dt) {
     broadPhase.move(i, speculativeBox(bodies[i], dt), dt * bodies[i].v.template cast<double>());
-    roomToMove_[i] = motion(bodies[i], dt);
+    roomToMove_[i] = motion(bodies[i], dt) + 0.5 * def.contactMargin;
 }
 
 template <class S>
@@ -183,7 +183,7 @@ void World<S>::Impl::moveProxies(double dt) {
             if (b.stands() || !broadPhase.contains(i)) {
                 return false;
             }
-            roomToMove_[i] = motion(b, dt);
+            roomToMove_[i] = motion(b, dt) + 0.5 * def.contactMargin;
             return broadPhase.needsMove(i, speculativeBox(b, dt), dt * b.v.template cast<double>());
         },
         [&](std::uint32_t i) { moveProxy(i, dt); });

@@ -145,6 +145,19 @@ struct Bodies {
         b.v = b.v + scaled<D>(massB.inverse, impulse);
         b.w = b.w + massB.spin(cross<D>(armB, impulse));
     }
+    // The same of `impulse` along a direction, where a unit of it does `turns`: those wait for nothing.
+    struct Turns {
+        Vector<D> a, b;
+    };
+    HWY_INLINE Turns unitTurns(const Vector<D>& armA, const Vector<D>& armB, const Vector<D>& direction) const {
+        return {massA.spin(cross<D>(armA, direction)), massB.spin(cross<D>(armB, direction))};
+    }
+    HWY_INLINE void push(const Vector<D>& direction, const Turns& turns, hn::Vec<D> impulse) {
+        a.v = a.v - scaled<D>(hn::Mul(massA.inverse, impulse), direction);
+        a.w = a.w - scaled<D>(impulse, turns.a);
+        b.v = b.v + scaled<D>(hn::Mul(massB.inverse, impulse), direction);
+        b.w = b.w + scaled<D>(impulse, turns.b);
+    }
     HWY_INLINE void putBack(D d, const ContactLanesView<S>& view, const ContactPack<S>& pack, std::size_t lane) const {
         a.putBack(d, view.twists, pack.bodyA + lane, pack.movesA >> lane);
         b.putBack(d, view.twists, pack.bodyB + lane, pack.movesB >> lane);
@@ -370,22 +383,24 @@ HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, con
     const auto error =
         hn::Add(hn::Add(dot<D>(frame.normal, speed<D>(bodies.a, bodies.b, armA, armB)), hn::Load(d, point.bias + lane)),
                 hn::Mul(softness, p.x));
-    const auto next = positive(d, hn::Sub(p.x, hn::Div(hn::Mul(relaxation, error), scale)));
+    const auto one = hn::Set(d, S(1));
+    const auto next = positive(d, hn::Sub(p.x, hn::Mul(hn::Mul(relaxation, error), hn::Div(one, scale))));
     const auto dp = hn::Sub(next, p.x);
-    bodies.push(armA, armB, scaled<D>(dp, frame.normal));
+    bodies.push(frame.normal, bodies.unitTurns(armA, armB, frame.normal), dp);
     change = hn::Add(change, hn::Mul(hn::Mul(scale, dp), dp));
 
     const Vector<D> u = speed<D>(bodies.a, bodies.b, armA, armB);
-    auto wanted1 = hn::Sub(p.y, hn::Div(hn::Mul(relaxation, dot<D>(frame.tangent1, u)), delassus1));
-    auto wanted2 = hn::Sub(p.z, hn::Div(hn::Mul(relaxation, dot<D>(frame.tangent2, u)), delassus2));
+    auto wanted1 = hn::Sub(p.y, hn::Mul(hn::Mul(relaxation, dot<D>(frame.tangent1, u)), hn::Div(one, delassus1)));
+    auto wanted2 = hn::Sub(p.z, hn::Mul(hn::Mul(relaxation, dot<D>(frame.tangent2, u)), hn::Div(one, delassus2)));
     const auto limit = hn::Mul(hn::Load(d, point.friction + lane), next);
     const auto length = hn::Sqrt(hn::Add(hn::Mul(wanted1, wanted1), hn::Mul(wanted2, wanted2)));
-    const auto share = hn::IfThenElse(hn::Lt(limit, length), hn::Div(limit, length), hn::Set(d, S(1)));
+    const auto share = hn::IfThenElse(hn::Lt(limit, length), hn::Div(limit, length), one);
     wanted1 = hn::Mul(wanted1, share);
     wanted2 = hn::Mul(wanted2, share);
     const auto dp1 = hn::Sub(wanted1, p.y);
     const auto dp2 = hn::Sub(wanted2, p.z);
-    bodies.push(armA, armB, scaled<D>(dp1, frame.tangent1) + scaled<D>(dp2, frame.tangent2));
+    bodies.push(frame.tangent1, bodies.unitTurns(armA, armB, frame.tangent1), dp1);
+    bodies.push(frame.tangent2, bodies.unitTurns(armA, armB, frame.tangent2), dp2);
     hn::Store(next, d, point.impulse[0] + lane);
     hn::Store(wanted1, d, point.impulse[1] + lane);
     hn::Store(wanted2, d, point.impulse[2] + lane);
