@@ -35,30 +35,6 @@ int rank(ShapeKind kind) {
     return 9;
 }
 
-struct Frame {
-    Mat3d rotation = Mat3d::Identity();
-    Vec3d position = Vec3d::Zero();
-    bool isIdentity = true;  // as most shapes stand in their bodies: frames need not be multiplied by it
-
-    Vec3d operator*(const Vec3d& p) const { return turned(rotation, p) + position; }
-    Frame operator*(const Frame& o) const {
-        if (isIdentity || o.isIdentity) {
-            return isIdentity ? o : *this;
-        }
-        return {rotation * o.rotation, turned(rotation, o.position) + position, false};
-    }
-    Frame inverse() const {
-        return isIdentity ? Frame{} : Frame{rotation.transpose(), -turnedBack(rotation, position), false};
-    }
-};
-
-Frame frameOf(const Posed& pose) {
-    if (pose.rotation.coeffs() == Quatd::Identity().coeffs() && pose.position.isZero(0)) {
-        return {};
-    }
-    return {pose.rotation.toRotationMatrix(), pose.position, false};
-}
-
 Scratch& scratchOfThread() {
     thread_local Scratch scratch;
     return scratch;
@@ -248,88 +224,92 @@ void appendInBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_
     }
 }
 
-// One of a body's shapes, as those of a compound are told from each other.
-struct PlacedShape {
-    Frame pose;                 // in the body
-    Vec3d low = Vec3d::Zero();  // its box in its own frame, m
-    Vec3d high = Vec3d::Zero();
-    Vec3d middle = Vec3d::Zero();               // of a ball about it, in the body
-    double radius = 0;                          // m
-    std::optional<Aabb> bounds = std::nullopt;  // along the axes of the first body, where they were asked for
-};
-
-PlacedShape placed(const Shape& shape) {
-    PlacedShape s{.pose = frameOf(shape.pose)};
-    switch (shape.kind) {
-        case ShapeKind::Hull:
-            s.low = shape.hull->low;
-            s.high = shape.hull->high;
-            break;
-        case ShapeKind::HalfSpace:
-            s.high.setConstant(std::numeric_limits<double>::infinity());
-            s.low = -s.high;
-            break;
-        case ShapeKind::Mesh:
-        case ShapeKind::HeightField: {
-            const Aabb box = bounds(std::span(&shape, 1), shape.pose.inverse());
-            s.low = box.min;
-            s.high = box.max;
-            break;
-        }
-        default: {
-            const Aabb box = boxOf(makeConvex(shape));
-            s.low = box.min;
-            s.high = box.max;
-            break;
-        }
-    }
-    const bool isFinite = shape.kind != ShapeKind::HalfSpace;
-    s.middle = isFinite ? Vec3d(s.pose * Vec3d(0.5 * (s.low + s.high))) : s.pose.position;
-    s.radius = 0.5 * (s.high - s.low).norm();
-    return s;
-}
-
 // Whether a point of the body's frame is within `reach` (m) of the shape's own box along each of its axes.
-bool isNear(const PlacedShape& s, const Vec3d& point, double reach) {
+bool isNear(const Part& s, const Vec3d& point, double reach) {
     const Vec3d p = turnedBack(s.pose.rotation, point - s.pose.position);
     return ((s.low - p).array() <= reach).all() && ((p - s.high).array() <= reach).all();
 }
 
-// By the boxes of each in its own frame first, which need not be made; then by those along the axes of body A.
-bool mayMeet(PlacedShape& a, const Shape& shapeA, PlacedShape& b, const Shape& shapeB, const Frame& aFromB,
-             const Posed& poseOfB, double margin) {
-    if (!isNear(a, aFromB * b.middle, b.radius + margin) ||
-        !isNear(b, turnedBack(aFromB.rotation, a.middle - aFromB.position), a.radius + margin)) {
-        return false;
+// Which parts of two bodies may meet.
+class PartFilter {
+public:
+    PartFilter(const BodyShapes& a, const BodyShapes& b, const Frame& aFromB, const Posed& poseOfB, double margin)
+        : isNeeded_(a.shapes.size() > 1 || b.shapes.size() > 1),
+          b_(b.shapes),
+          aFromB_(aFromB),
+          poseOfB_(poseOfB),
+          margin_(margin),
+          partsA_(known(a, roomA())),
+          partsB_(known(b, roomB())) {
+        boxesOfB_.resize(isNeeded_ ? b_.size() : 0);
+        std::fill(boxesOfB_.begin(), boxesOfB_.end(), std::nullopt);
     }
-    if (!a.bounds) {
-        a.bounds = bounds(std::span(&shapeA, 1), Posed{});
+
+    // By the boxes of each in its own frame first, then by those along the axes of body A, of which b's are made here.
+    bool mayMeet(std::size_t i, std::size_t j) {
+        if (!isNeeded_) {
+            return true;
+        }
+        const Part& a = partsA_[i];
+        const Part& b = partsB_[j];
+        if (!isNear(a, aFromB_ * b.middle, b.radius + margin_) ||
+            !isNear(b, turnedBack(aFromB_.rotation, a.middle - aFromB_.position), a.radius + margin_)) {
+            return false;
+        }
+        if (!boxesOfB_[j]) {
+            boxesOfB_[j] = bounds(b_.subspan(j, 1), poseOfB_).grown(margin_);
+        }
+        return a.box.overlaps(*boxesOfB_[j]);
     }
-    if (!b.bounds) {
-        b.bounds = bounds(std::span(&shapeB, 1), poseOfB).grown(margin);
+    Frame poseA(const Shape& shape, std::size_t i) const { return isNeeded_ ? partsA_[i].pose : frameOf(shape.pose); }
+    Frame poseB(const Shape& shape, std::size_t j) const { return isNeeded_ ? partsB_[j].pose : frameOf(shape.pose); }
+
+private:
+    std::span<const Part> known(const BodyShapes& body, std::vector<Part>& room) const {
+        if (!isNeeded_ || !body.parts.empty()) {
+            return body.parts;
+        }
+        room = partsOf(body.shapes);
+        return room;
     }
-    return a.bounds->overlaps(*b.bounds);
-}
+    static std::vector<Part>& roomA() {
+        thread_local std::vector<Part> room;
+        return room;
+    }
+    static std::vector<Part>& roomB() {
+        thread_local std::vector<Part> room;
+        return room;
+    }
+    static std::vector<std::optional<Aabb>>& roomOfBoxes() {
+        thread_local std::vector<std::optional<Aabb>> room;
+        return room;
+    }
+
+    bool isNeeded_;
+    std::span<const Shape> b_;
+    const Frame& aFromB_;
+    const Posed& poseOfB_;
+    double margin_;
+    std::span<const Part> partsA_;
+    std::span<const Part> partsB_;
+    std::vector<std::optional<Aabb>>& boxesOfB_ = roomOfBoxes();
+};
 
 }  // namespace
 
-double collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
-             std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which) {
+double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aFromB, double margin, PairCache& cache,
+               std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which) {
+    const std::span<const Shape> a = bodyA.shapes;
+    const std::span<const Shape> b = bodyB.shapes;
     const Frame bodies = frameOf(aFromB);
     const Frame bodiesBack = bodies.inverse();
-    const bool cull = a.size() > 1 || b.size() > 1;
-    thread_local std::vector<PlacedShape> placedB;
-    placedB.clear();
-    for (const Shape& shape : b) {
-        placedB.push_back(cull ? placed(shape) : PlacedShape{.pose = frameOf(shape.pose)});
-    }
+    PartFilter filter(bodyA, bodyB, bodies, aFromB, margin);
     double apart = infinity;
     std::size_t cursor = 0;
     for (std::uint32_t i = 0; i < a.size(); ++i) {
-        PlacedShape ofA = cull ? placed(a[i]) : PlacedShape{.pose = frameOf(a[i].pose)};
-        const Frame& poseA = ofA.pose;
+        const Frame poseA = filter.poseA(a[i], i);
         for (std::uint32_t j = 0; j < b.size(); ++j) {
-            if (cull && !mayMeet(ofA, a[i], placedB[j], b[j], bodies, aFromB, margin)) {
+            if (!filter.mayMeet(i, j)) {
                 apart = std::min(apart, margin);
                 continue;
             }
@@ -340,7 +320,7 @@ double collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& 
                 apart = 0;
                 continue;  // two static shapes
             }
-            const Frame& poseB = placedB[j].pose;
+            const Frame poseB = filter.poseB(b[j], j);
             const Frame bodyAFromFirst = swapped ? bodies * poseB : poseA;
             const OrderedPair pair{
                 .first = first,

@@ -7,6 +7,7 @@
 #include <cairn/shapes.hpp>
 
 #include "base/rare.hpp"
+#include "collision/shapes/parts.hpp"
 
 #include <array>
 
@@ -48,8 +49,8 @@ struct PairCache {
 // does not flicker and the solver can stop a body before it touches. Thread-safe for different caches. Never throws: a
 // pair that no method can answer is repaired and counted. Poses must be finite. Answers how far apart the two are at
 // least, m: the margin or more where nothing was found and that is known, else 0.
-double collide(std::span<const Shape> a, std::span<const Shape> b, const Posed& aFromB, double margin, PairCache& cache,
-             std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which = NarrowPhase::Auto);
+double collide(const BodyShapes& a, const BodyShapes& b, const Posed& aFromB, double margin, PairCache& cache,
+               std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which = NarrowPhase::Auto);
 
 // The triangle of a mesh or height field on which a contact point lies: that of the mesh as it was given, or of the
 // field as HeightField counts them; of those that meet there the one that faces most along `outward` (unit), of these

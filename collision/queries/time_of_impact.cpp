@@ -156,26 +156,28 @@ Aabb reachOf(const Motion& motion, std::span<const Shape> others, const Motion& 
     return bounds(others, relativePose(motion.start, theirs.start)).grown(gap + path + turning);
 }
 
-std::optional<Impact> firstImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
+std::optional<Impact> firstImpact(const BodyShapes& bodyA, const Motion& motionA, const BodyShapes& bodyB,
                                   const Motion& motionB, const ImpactSettings& settings, double tolerance,
-                                  bool backFaces, const PartBoxes& boxes = {}) {
+                                  bool backFaces) {
+    const std::span<const Shape> a = bodyA.shapes;
+    const std::span<const Shape> b = bodyB.shapes;
     std::optional<Impact> best;
     std::vector<Closeness> passed;
     double limit = std::nextafter(1.0, 2.0);  // a meeting at the very end counts
     const bool isAlone = a.size() == 1 && b.size() == 1;
-    const auto mayReach = [](std::span<const Shape> parts, std::span<const Aabb> known, std::size_t k,
-                             const Aabb& reach) {
-        return parts.size() == 1 || (known.empty() ? bounds(parts.subspan(k, 1), {}) : known[k]).overlaps(reach);
+    const auto mayReach = [](const BodyShapes& of, std::size_t k, const Aabb& reach) {
+        return of.shapes.size() == 1 ||
+               (of.parts.empty() ? bounds(of.shapes.subspan(k, 1), {}) : of.parts[k].box).overlaps(reach);
     };
     const Aabb reachA = a.size() == 1 ? Aabb() : reachOf(motionA, b, motionB, settings.gap + tolerance);
     const Aabb reachB = b.size() == 1 ? Aabb() : reachOf(motionB, a, motionA, settings.gap + tolerance);
     for (std::uint32_t i = 0; i < a.size(); ++i) {
-        if (!mayReach(a, boxes.a, i, reachA)) {
+        if (!mayReach(bodyA, i, reachA)) {
             continue;
         }
         for (std::uint32_t j = 0; j < b.size(); ++j) {
             const bool swapped = !isConvex(b[j].kind);
-            if ((swapped && !isConvex(a[i].kind)) || !mayReach(b, boxes.b, j, reachB)) {
+            if ((swapped && !isConvex(a[i].kind)) || !mayReach(bodyB, j, reachB)) {
                 continue;
             }
             const Sides sides =
@@ -230,11 +232,11 @@ Posed Motion::at(double fraction) const {
     return {place - turned * centre, turned};
 }
 
-std::optional<Impact> timeOfImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
-                                   const Motion& motionB, const ImpactSettings& settings, const PartBoxes& boxes) {
+std::optional<Impact> timeOfImpact(const BodyShapes& a, const Motion& motionA, const BodyShapes& b,
+                                   const Motion& motionB, const ImpactSettings& settings) {
     CAIRN_CHECK(settings.gap > 0 && settings.slack >= 0 && settings.slackShare < 1,
                 "a gap must be positive, slack not negative, and less than what comes out on the other side");
-    return firstImpact(a, motionA, b, motionB, settings, 0.1 * settings.gap, false, boxes);
+    return firstImpact(a, motionA, b, motionB, settings, 0.1 * settings.gap, false);
 }
 
 std::optional<Impact> shapeCast(std::span<const Shape> moving, const Posed& start, const Vec3d& displacement,
@@ -257,14 +259,6 @@ std::optional<Impact> shapeCast(std::span<const Shape> moving, const Posed& star
         }
     }
     return hit;
-}
-
-std::vector<Aabb> partBoxes(std::span<const Shape> shapes) {
-    std::vector<Aabb> boxes;
-    for (const Shape& shape : shapes) {
-        boxes.push_back(bounds({&shape, 1}, {}));
-    }
-    return boxes;
 }
 
 double turningRadius(std::span<const Shape> shapes, const Vec3d& centre) {

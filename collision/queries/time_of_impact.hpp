@@ -4,6 +4,8 @@
 // or fast the shapes. Plain functions of immutable data, for any thread.
 #include <cairn/shape_query.hpp>
 
+#include "collision/shapes/parts.hpp"
+
 #include <optional>
 #include <span>
 #include <vector>
@@ -28,23 +30,12 @@ struct ImpactSettings {
     double slackShare = 0.25;  // below 1: of the thinner shape's inner radius, to which the slack is held
 };
 
-// The box of each part of a body, in the body's frame: who asks about a body of many parts again and again makes them
-// once.
-std::vector<Aabb> partBoxes(std::span<const Shape> shapes);
-
-// Those of two bodies; empty where they are not known.
-struct PartBoxes {
-    std::span<const Aabb> a;
-    std::span<const Aabb> b;
-};
-
 // The first meeting of two bodies. Shapes that touch at the start count once they are deeper than `slack` and a third
 // of it deeper than they were, and at that time: held where they started, they would never come free. Triangles are
 // one-sided: those whose back the shape's centre sees at the start are passed, as in collide(). Nothing where they do
 // not meet.
-std::optional<Impact> timeOfImpact(std::span<const Shape> a, const Motion& motionA, std::span<const Shape> b,
-                                   const Motion& motionB, const ImpactSettings& settings = {},
-                                   const PartBoxes& boxes = {});
+std::optional<Impact> timeOfImpact(const BodyShapes& a, const Motion& motionA, const BodyShapes& b,
+                                   const Motion& motionB, const ImpactSettings& settings = {});
 
 // How far the body's points can be moved by turning, m: no point of it travels farther than |displacement| + |turn|
 // times this. For choosing who gets continuous collision at all.

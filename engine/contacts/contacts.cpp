@@ -340,7 +340,7 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
     double apart = (a.pose.position - b.pose.position).template cast<double>().norm() - a.body->kind->radius -
                    b.body->kind->radius;
     if (!(apart > margin)) {
-        apart = collide(a.body->kind->def.shapes, b.body->kind->def.shapes, aFromB, margin, pair.cache, found, counts,
+        apart = collide(a.body->kind->shapes(), b.body->kind->shapes(), aFromB, margin, pair.cache, found, counts,
                         speculative.narrowPhase);
     }
     // What is beside the motion cannot be met.

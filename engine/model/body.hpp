@@ -4,6 +4,7 @@
 
 #include "base/rare.hpp"
 #include "base/slot_table.hpp"
+#include "collision/shapes/parts.hpp"
 
 namespace cairn {
 
@@ -32,6 +33,9 @@ struct BodyKind {
     // m: moved farther than this within a step, it gets continuous collision; and contacts look no farther ahead than
     // its radius.
     double ccdDistance = std::numeric_limits<double>::infinity();
+    std::vector<Part> parts;  // of several shapes
+
+    BodyShapes shapes() const { return {def.shapes, parts}; }
 };
 
 // The order of members leaves no gaps: memory of a body is memory of ten thousand.

@@ -70,7 +70,6 @@ struct Trajectory {
     std::uint32_t other = 0;  // whom
     bool isHeld = false;      // at any time
     double kept = 1;          // share of the step in which it moved
-    std::vector<Aabb> parts;  // the body's, where it has several
 };
 
 // A fast body and one that its way leads past; by number of trajectory.
@@ -232,9 +231,6 @@ private:
         t.radius = kind.radius;
         t.arm = kind.def.type == BodyType::Dynamic ? kind.turningRadius : kind.radius;
         t.isSingle = shapes.size() == 1;
-        if (!t.isSingle && t.parts.empty()) {
-            t.parts = partBoxes(shapes);
-        }
         t.inner = std::numeric_limits<double>::infinity();
         for (const Shape& shape : shapes) {
             if (isConvex(shape.kind)) {
@@ -361,8 +357,8 @@ private:
         settings.slack = slackOf(fast.inner);
         settings.slackShare = mostSlackShare;
         const auto impact =
-            timeOfImpact(bodies_[fast.body].kind->def.shapes, fast.motion, bodies_[other.body].kind->def.shapes,
-                         other.motion, settings, {fast.parts, other.parts});
+            timeOfImpact(bodies_[fast.body].kind->shapes(), fast.motion, bodies_[other.body].kind->shapes(),
+                         other.motion, settings);
         return impact ? Met{impact->fraction, impact->isExact} : Met{};
     }
 

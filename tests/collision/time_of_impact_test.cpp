@@ -66,7 +66,7 @@ TEST(TimeOfImpact, NothingPassesAThinWall) {
                                       {"coin", cylinder(0.05, 0.002), 300, 300}};
     const int shots = 1000;
     for (const Wall& wall : walls()) {
-        const std::vector<Aabb> boxes = partBoxes(wall.shapes);
+        const std::vector<Part> parts = partsOf(wall.shapes);
         for (const Bullet& bullet : bullets) {
             SCOPED_TRACE(std::string(bullet.name) + " at " + wall.name);
             std::mt19937 random(11);
@@ -91,7 +91,7 @@ TEST(TimeOfImpact, NothingPassesAThinWall) {
                 }
                 const auto impact = timeOfImpact({&bullet.shape, 1}, motion, wall.shapes, Motion{});
                 ASSERT_TRUE(impact) << i;
-                const auto again = timeOfImpact({&bullet.shape, 1}, motion, wall.shapes, Motion{}, {}, {{}, boxes});
+                const auto again = timeOfImpact({&bullet.shape, 1}, motion, BodyShapes(wall.shapes, parts), Motion{});
                 EXPECT_EQ(again ? again->fraction : -1, impact->fraction) << i << ", with boxes known";
                 // Not behind the wall's face by then, and near it.
                 EXPECT_LT(farthestThrough(bullet.shape, motion, impact->fraction), -0.005 + 1e-6) << i;

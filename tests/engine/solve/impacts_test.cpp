@@ -121,52 +121,66 @@ TEST(Impacts, FlatBoxComesBack) {
     });
 }
 
-// Boxes among boxes and walls that lose nothing: what a minute of hits, some hundreds a second, makes of their energy.
-TEST(Impacts, RoomOfBoxesKeepsItsEnergy) {
+// Boxes among boxes and walls that lose nothing, for a minute of some hundreds of hits a second: by what share of their
+// energy at the start they had more at most, and less.
+struct EnergyDrift {
+    double gained = 0;
+    double lost = 0;
+};
+EnergyDrift driftOfRoom(double gravity, unsigned seed) {
     constexpr double half = 3;  // m, of the room
     constexpr int boxes = 20;
-    for (const double gravity : {0.0, standardGravity}) {
-        for (const unsigned seed : {1U, 2U}) {
-            TestRandom random(seed);
-            const auto any = [&](double least, double most) {
-                return Vec3d(random.uniform(least, most), random.uniform(least, most), random.uniform(least, most));
-            };
-            Worldd world({.gravity = Vec3d(0, -gravity, 0), .sleep = {.enabled = false}});
-            for (int k = 0; k < 3; ++k) {
-                for (const double side : {-1.0, 1.0}) {
-                    Vec3d centre = Vec3d::Zero();
-                    Vec3d extents = Vec3d::Constant(half + 1);
-                    centre[k] = side * (half + 0.5);
-                    extents[k] = 0.5;
-                    world.add(
-                        {.type = BodyType::Static, .shapes = {withMaterial(box(extents), 0, 1)}, .position = centre});
-                }
-            }
-            for (int i = 0; i < boxes; ++i) {
-                world.add({.shapes = {withMaterial(box(any(0.15, 0.4)), 0, 1)},
-                           .position = 2.0 * Vec3d(i % 3 - 1, i / 9 - 1, i / 3 % 3 - 1),
-                           .rotation = random.rotation(),
-                           .linearVelocity = any(-3, 3),
-                           .angularVelocity = any(-3, 3),
-                           .mass = 1});
-            }
-            // J, above what lies on the floor of the room.
-            const auto energy = [&] { return motionOf(world).energy() + boxes * gravity * half; };
-            world.step(1.0 / 60);
-            const double start = energy();
-            double most = start;
-            double least = start;
-            for (int i = 1; i < 3600; ++i) {
-                world.step(1.0 / 60);
-                most = std::max(most, energy());
-                least = std::min(least, energy());
-            }
-            const std::string what = "room, gravity " + std::to_string(gravity) + ", seed " + std::to_string(seed);
-            // Under gravity most of it is what is held back on its way to a hit keeps of its height and speed.
-            const double share = gravity > 0 ? 0.01 : 0.0018;
-            expectBelow(what + ": gained", most / start - 1, share);
-            expectBelow(what + ": lost", 1 - least / start, share);
+    TestRandom random(seed);
+    const auto any = [&](double least, double most) {
+        return Vec3d(random.uniform(least, most), random.uniform(least, most), random.uniform(least, most));
+    };
+    Worldd world({.gravity = Vec3d(0, -gravity, 0), .sleep = {.enabled = false}});
+    for (int k = 0; k < 3; ++k) {
+        for (const double side : {-1.0, 1.0}) {
+            Vec3d centre = Vec3d::Zero();
+            Vec3d extents = Vec3d::Constant(half + 1);
+            centre[k] = side * (half + 0.5);
+            extents[k] = 0.5;
+            world.add({.type = BodyType::Static, .shapes = {withMaterial(box(extents), 0, 1)}, .position = centre});
         }
+    }
+    for (int i = 0; i < boxes; ++i) {
+        world.add({.shapes = {withMaterial(box(any(0.15, 0.4)), 0, 1)},
+                   .position = 2.0 * Vec3d(i % 3 - 1, i / 9 - 1, i / 3 % 3 - 1),
+                   .rotation = random.rotation(),
+                   .linearVelocity = any(-3, 3),
+                   .angularVelocity = any(-3, 3),
+                   .mass = 1});
+    }
+    // J, above what lies on the floor of the room.
+    const auto energy = [&] { return motionOf(world).energy() + boxes * gravity * half; };
+    world.step(1.0 / 60);
+    const double start = energy();
+    double most = start;
+    double least = start;
+    for (int i = 1; i < 3600; ++i) {
+        world.step(1.0 / 60);
+        most = std::max(most, energy());
+        least = std::min(least, energy());
+    }
+    return {most / start - 1, 1 - least / start};
+}
+
+// One room's drift is a throw of the dice, of a few hits: in ten of them between nothing and four times the mean.
+TEST(Impacts, RoomOfBoxesKeepsItsEnergy) {
+    constexpr unsigned rooms = 6;
+    for (const double gravity : {0.0, standardGravity}) {
+        EnergyDrift mean;
+        for (unsigned seed = 1; seed <= rooms; ++seed) {
+            const EnergyDrift drift = driftOfRoom(gravity, seed);
+            mean.gained += drift.gained / rooms;
+            mean.lost += drift.lost / rooms;
+        }
+        const std::string what = "rooms, gravity " + std::to_string(gravity);
+        // Under gravity most of it is what is held back on its way to a hit keeps of its height and speed.
+        const double share = gravity > 0 ? 0.0075 : 0.0012;
+        expectBelow(what + ": gained", mean.gained, share);
+        expectBelow(what + ": lost", mean.lost, share);
     }
 }
 
