@@ -48,8 +48,11 @@ struct TurnSeries {
     explicit TurnSeries(S square) {
         if (square < S(1e-3)) {
             // So many terms of the series are enough.
-            versine = S(0.5) * (S(1) - square * (S(1) / S(12)) * (S(1) - square * (S(1) / S(30)) * (S(1) - square * (S(1) / S(56)))));
-            lag = S(1) / S(6) * (S(1) - square * (S(1) / S(20)) * (S(1) - square * (S(1) / S(42)) * (S(1) - square * (S(1) / S(72)))));
+            versine = S(0.5) * (S(1) - square * (S(1) / S(12)) *
+                                           (S(1) - square * (S(1) / S(30)) * (S(1) - square * (S(1) / S(56)))));
+            lag =
+                S(1) / S(6) *
+                (S(1) - square * (S(1) / S(20)) * (S(1) - square * (S(1) / S(42)) * (S(1) - square * (S(1) / S(72)))));
             sine = S(1) - square * lag;
         } else if (square < seriesSquare<S>) {
             versine = versineSeries(square);

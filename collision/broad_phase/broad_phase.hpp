@@ -47,7 +47,7 @@ public:
     bool needsMove(ProxyId id, const Aabb& tight, const Vec3d& displacement) const;
     bool holds(ProxyId id, const Aabb& box) const;     // within its fat box
     bool overlaps(ProxyId id, const Aabb& box) const;  // by its fat box
-    void refilter(ProxyId id);                      // its filter, or a joint of it, has changed
+    void refilter(ProxyId id);                         // its filter, or a joint of it, has changed
     // A static body rests, and so does one that sleeps: of two that rest no pair is kept, so that they cost nothing.
     void setResting(ProxyId id, bool rests);
 

@@ -17,8 +17,8 @@ using Node = BoxTree::Node;
 
 // A fat box that reaches this many margins beyond a fresh one is taken back (a fast body that has stopped).
 constexpr double spareMargins = 4;
-// So many steps' motion a fresh box reaches ahead: of 3000 boxes in flight a step takes 8 % less than with one, and with
-// three no less again.
+// So many steps' motion a fresh box reaches ahead: of 3000 boxes in flight a step takes 8 % less than with one, and
+// with three no less again.
 constexpr double stepsAhead = 2;
 // How many ask in one job at least, and how many jobs an update is cut into at most; the cut is the same for any number
 // of threads.

@@ -84,7 +84,7 @@ bool fclPair(const Convex& a, const Convex& b, double margin, const Vec3d& lastN
 // Asks the pair's method. `first` has the lower rank and stands at the origin of the work frame. Answers how far apart
 // they are at least, m, where nothing is within the margin and that is known; else 0.
 double ask(const Shape& first, const Shape& second, const Frame& firstFromSecond, double margin, NarrowPhase which,
-         const Vec3d& lastNormal, NarrowCounts& counts, std::vector<WorkManifold>& out) {
+           const Vec3d& lastNormal, NarrowCounts& counts, std::vector<WorkManifold>& out) {
     Scratch& scratch = scratchOfThread();
     const Convex b = makeConvex(second, firstFromSecond.rotation, firstFromSecond.position);
     // `auto` asks FCL for no pair: for none is it as fast, or nearer to the exact answer (docs/collision.md).
@@ -186,8 +186,8 @@ const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, 
     manifolds.clear();
     bool failed = false;
     try {
-        apart = std::min(apart, ask(pair.first, pair.second, pair.firstFromSecond, margin, which, lastNormal, counts,
-                                    manifolds));
+        apart = std::min(
+            apart, ask(pair.first, pair.second, pair.firstFromSecond, margin, which, lastNormal, counts, manifolds));
     } catch (const std::exception&) {
         failed = true;
     }

@@ -356,9 +356,8 @@ private:
         settings.gap = std::min(settings.gap, 0.5 * fast.inner);
         settings.slack = slackOf(fast.inner);
         settings.slackShare = mostSlackShare;
-        const auto impact =
-            timeOfImpact(bodies_[fast.body].kind->shapes(), fast.motion, bodies_[other.body].kind->shapes(),
-                         other.motion, settings);
+        const auto impact = timeOfImpact(bodies_[fast.body].kind->shapes(), fast.motion,
+                                         bodies_[other.body].kind->shapes(), other.motion, settings);
         return impact ? Met{impact->fraction, impact->isExact} : Met{};
     }
 

@@ -31,8 +31,8 @@ struct CcdCounts {
                          // something after the last iteration
 };
 
-// m, that no point of a body went farther from where it was, turning evenly (dt: s, of the step). Of what has no end and
-// turned, infinite.
+// m, that no point of a body went farther from where it was, turning evenly (dt: s, of the step). Of what has no end
+// and turned, infinite.
 template <class S>
 double distanceMoved(const Body<S>& body, const Before<S>& before, double dt) {
     const double went = static_cast<double>((body.pose.position - before.position).norm());

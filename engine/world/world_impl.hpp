@@ -218,8 +218,8 @@ private:
     double rowsToSolve() const;  // about as many as rows of the islands that are not settled
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
-    std::vector<double> maxWork_;  // by awake island; empty: no bound
-    std::vector<double> roomToMove_;  // m, by body: as far as it may go from where it was in the box that it has
+    std::vector<double> maxWork_;       // by awake island; empty: no bound
+    std::vector<double> roomToMove_;    // m, by body: as far as it may go from where it was in the box that it has
     std::vector<std::uint8_t> isFast_;  // room of catchFastBodies()
     std::vector<std::uint32_t> fast_;
     std::shared_ptr<ContinuousRoom> continuousRoom_;

@@ -210,6 +210,35 @@ TEST_P(EveryPair, AnswersAnyPose) {
     RecordProperty("repaired_fcl", static_cast<int>(counts.repairedFcl));
 }
 
+TEST_P(EveryPair, IsAsFarApartAsAnswered) {
+    const auto [a, b] = pairs()[GetParam() % pairCount];
+    const bool isSolid = isConvex(a.kind) && isConvex(b.kind);
+    std::mt19937 random(static_cast<unsigned>(GetParam() % pairCount) + 2000);
+    int apart = 0;
+    int told = 0;
+    for (int i = 0; i < 400; ++i) {
+        const Posed pose{std::uniform_real_distribution<double>(0, 1.5)(random) * truth::randomDirection(random),
+                         i % 5 == 0 ? squareTurn(random) : truth::randomTurn(random)};
+        PairCache cache;
+        NarrowCounts counts;
+        std::vector<Manifold> found;
+        const double least = collide({&a, 1}, {&b, 1}, pose, margin, cache, found, counts, phaseOf(GetParam()));
+        if (!isSolid && a.kind != ShapeKind::HalfSpace) {
+            ASSERT_EQ(least, 0) << "of surfaces nothing is told";
+            continue;
+        }
+        const double distance = closestPoints({&a, 1}, Posed(), {&b, 1}, pose)->distance;
+        ASSERT_LE(least, std::max(0.0, distance) + 1e-9) << i;
+        ASSERT_TRUE(found.empty() || least == 0) << i;
+        apart += distance > 2 * margin ? 1 : 0;
+        told += distance > 2 * margin && least > margin ? 1 : 0;
+    }
+    EXPECT_GT(apart, isSolid ? 20 : -1);
+    if (phaseOf(GetParam()) == NarrowPhase::Auto) {
+        EXPECT_EQ(told, apart);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, EveryPair, testing::Range<std::size_t>(0, 2 * pairCount),
                          [](const auto& each) { return pairName(each.param); });
 

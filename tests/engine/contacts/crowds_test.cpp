@@ -31,8 +31,8 @@ TEST(Crowds, BoxesBornInOneSpotComeApart) {
     EXPECT_LT(world.report().error.maxPenetration, 0.05);
 }
 
-// A heap, and not a blast: what drives them apart leaves no energy. How far the farthest is flung is a throw of the dice:
-// with the first box a nanometre aside, three times as far.
+// A heap, and not a blast: what drives them apart leaves no energy. How far the farthest is flung is a throw of the
+// dice: with the first box a nanometre aside, three times as far.
 TEST(Crowds, BoxesBornInOneSpotAreNotFlungApart) {
     constexpr std::array counts = {60, 66, 72, 78, 84, 90};
     double mean = 0;

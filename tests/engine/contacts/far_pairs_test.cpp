@@ -1,0 +1,70 @@
+// Pairs whose boxes are near and that cannot meet are not looked at; what can meet is, however it came to that.
+#include "tests/engine/engine_kit.hpp"
+
+namespace cairn {
+namespace {
+
+// Boxes that drift, 3 cm apart and with 1 cm/s at most, with nothing below: near each other for the broad phase.
+struct Drift {
+    Worldd world{{.gravity = Vec3d::Zero(), .sleep = {.enabled = false}}};
+    std::vector<BodyId> boxes;
+
+    explicit Drift(double nearing) {
+        for (int k = 0; k < 6; ++k) {
+            boxes.push_back(world.add({.shapes = {box(Vec3d::Constant(0.2))},
+                                       .position = {0.43 * k, 0, 0},
+                                       .linearVelocity = {k == 0 ? nearing : 0, 0.01 * (k % 2), 0}}));
+        }
+    }
+    std::uint64_t calls(int steps) {
+        std::uint64_t sum = 0;
+        for (int i = 0; i < steps; ++i) {
+            sum += world.step(1.0 / 60).counts.narrow.calls;
+        }
+        return sum;
+    }
+};
+
+TEST(FarPairs, AreNotLookedAt) {
+    Drift drift(0);
+    EXPECT_GE(drift.calls(1), 5U);
+    EXPECT_EQ(drift.calls(30), 0U);
+    EXPECT_EQ(drift.world.report().counts.pairs, 5);
+}
+
+// Where it meets its neighbour: as far as it is from it, to what a contact leaves.
+TEST(FarPairs, MeetWhenTheyDo) {
+    Drift drift(0.1);
+    for (int i = 0; i < 120; ++i) {
+        drift.world.step(1.0 / 60);
+        const double gap =
+            drift.world.pose(drift.boxes[1]).position.x() - drift.world.pose(drift.boxes[0]).position.x();
+        ASSERT_GT(gap, 0.4 - 4e-6) << i;
+    }
+    EXPECT_GT(drift.world.linearVelocity(drift.boxes[1]).x(), 0.01);
+}
+
+TEST(FarPairs, AreLookedAtWhereAGameMovesThem) {
+    Drift drift(0);
+    drift.calls(10);
+    const Posed second = drift.world.pose(drift.boxes[1]);
+    drift.world.setPose(drift.boxes[0], {second.position - Vec3d(0.39, 0, 0), second.rotation});
+    drift.calls(1);
+    EXPECT_GT(drift.world.report().counts.contacts, 0);
+
+    Drift pushed(0);
+    pushed.calls(10);
+    pushed.world.setVelocity(pushed.boxes[0], {3, 0, 0}, Vec3d::Zero());
+    pushed.calls(3);
+    EXPECT_GT(pushed.world.linearVelocity(pushed.boxes[1]).x(), 0.5);
+
+    // A blow tells contacts nothing before the step that it is dealt for.
+    Drift hit(0);
+    hit.calls(10);
+    hit.world.applyImpulse(hit.boxes[0], {3 * 64, 0, 0}, hit.world.centre(hit.boxes[0]));
+    hit.calls(4);
+    EXPECT_GT(hit.world.linearVelocity(hit.boxes[1]).x(), 0.1);
+}
+
+}  // namespace
+}  // namespace cairn
