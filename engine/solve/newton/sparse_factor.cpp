@@ -1,15 +1,10 @@
 #include "engine/solve/newton/sparse_factor.hpp"
 
-#include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
 #include <algorithm>
-#include <numeric>
 
 namespace cairn {
 namespace {
 
-// Of the numbers of a supernode's panels, what may be zero for the sake of fewer and larger panels.
-constexpr double mostZeros = 0.1;
 // Vectors are no wider.
 constexpr std::size_t widest = 8;
 
@@ -63,26 +58,6 @@ bool invert(SmallBlock& m, std::size_t size, bool pivots) {
                        [](double value) { return std::isfinite(value); });
 }
 
-// Places in an order in which each comes right after what is eliminated below it: those of a supernode are neighbours.
-std::vector<int> postorder(const std::vector<std::vector<int>>& laterOf) {
-    const std::size_t n = laterOf.size();
-    std::vector<std::vector<int>> children(n + 1);
-    for (std::size_t k = 0; k < n; ++k) {
-        children[laterOf[k].empty() ? n : static_cast<std::size_t>(laterOf[k].front())].push_back(static_cast<int>(k));
-    }
-    std::vector<int> visited;
-    std::vector<int> stack = children[n];
-    while (!stack.empty()) {
-        const int k = stack.back();
-        stack.pop_back();
-        visited.push_back(k);
-        const std::vector<int>& below = children[static_cast<std::size_t>(k)];
-        stack.insert(stack.end(), below.begin(), below.end());
-    }
-    std::reverse(visited.begin(), visited.end());
-    return visited;
-}
-
 // f(count), a constant where it is the three rows of most joints, so that loops over it are unrolled.
 template <class F>
 [[gnu::always_inline]] inline void withRows(std::size_t count, F f) {
@@ -120,180 +95,6 @@ template <class Count>
 }
 
 }  // namespace
-
-bool SparseFactor::analyse(const std::vector<int>& rows, const std::vector<Edge>& edges, double maxWork) {
-    if (rows == rows_ && edges == edges_) {
-        return serves_ && work_ <= maxWork;
-    }
-    rows_ = rows;
-    edges_ = edges;
-    active_.clear();
-    order(edges);
-    std::vector<std::vector<int>> laterOf;
-    serves_ = fill(edges, maxWork, laterOf);
-    if (!serves_) {
-        return false;
-    }
-    const std::vector<int> sequence = postorder(laterOf);
-    std::vector<int> placeOfOld(sequence.size());
-    std::vector<int> nodeAt(sequence.size());
-    std::vector<std::vector<int>> sorted(sequence.size());
-    for (std::size_t place = 0; place < sequence.size(); ++place) {
-        placeOfOld[at(sequence[place])] = static_cast<int>(place);
-        nodeAt[place] = nodeAt_[at(sequence[place])];
-        placeOf_[at(nodeAt[place])] = static_cast<int>(place);
-    }
-    for (std::size_t place = 0; place < sequence.size(); ++place) {
-        sorted[place] = std::move(laterOf[at(sequence[place])]);
-        std::transform(sorted[place].begin(), sorted[place].end(), sorted[place].begin(),
-                       [&](int old) { return placeOfOld[at(old)]; });
-        std::sort(sorted[place].begin(), sorted[place].end());
-    }
-    nodeAt_ = std::move(nodeAt);
-    formSupernodes(sorted);
-    connectSupernodes();
-    placeEdges(edges);
-    return true;
-}
-
-void SparseFactor::order(const std::vector<Edge>& edges) {
-    const int n = static_cast<int>(rows_.size());
-    Eigen::SparseMatrix<double> graph(n, n);
-    std::vector<Eigen::Triplet<double>> triplets;
-    triplets.reserve(2 * edges.size() + rows_.size());
-    for (int i = 0; i < n; ++i) {
-        triplets.emplace_back(i, i, 1.0);
-    }
-    for (const Edge& e : edges) {
-        triplets.emplace_back(e[0], e[1], 1.0);
-        triplets.emplace_back(e[1], e[0], 1.0);
-    }
-    graph.setFromTriplets(triplets.begin(), triplets.end());
-    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-    Eigen::AMDOrdering<int>()(graph, permutation);
-    nodeAt_.assign(permutation.indices().begin(), permutation.indices().end());
-    placeOf_.resize(nodeAt_.size());
-    for (int place = 0; place < n; ++place) {
-        placeOf_[at(nodeAt_[at(place)])] = place;
-    }
-}
-
-bool SparseFactor::fill(const std::vector<Edge>& edges, double maxWork, std::vector<std::vector<int>>& laterOf) {
-    laterOf.assign(rows_.size(), {});
-    for (const Edge& e : edges) {
-        const int p = placeOf_[at(e[0])];
-        const int q = placeOf_[at(e[1])];
-        laterOf[at(std::min(p, q))].push_back(std::max(p, q));
-    }
-    work_ = 0;
-    substitutionWork_ = 0;
-    constexpr double product = 216;
-    for (std::size_t k = 0; k < laterOf.size(); ++k) {
-        // Its own edges, and what those eliminated before it pass on.
-        std::vector<int>& later = laterOf[k];
-        std::sort(later.begin(), later.end());
-        later.erase(std::unique(later.begin(), later.end()), later.end());
-        if (!later.empty()) {
-            std::vector<int>& next = laterOf[at(later.front())];
-            next.insert(next.end(), later.begin() + 1, later.end());
-        }
-        const double own = rows_[at(nodeAt_[k])];
-        double others = 0;
-        double squares = 0;
-        for (const int place : later) {
-            const double count = rows_[at(nodeAt_[at(place)])];
-            others += count;
-            squares += count * count;
-        }
-        const double products = kind_ == Kind::Positive ? 0.5 * (others * others + squares) : others * others;
-        work_ += own * (own * own + own * others + products) / product;
-        substitutionWork_ += 2 * own * others / product;
-        if (work_ > maxWork) {
-            return false;
-        }
-    }
-    return true;
-}
-
-void SparseFactor::formSupernodes(const std::vector<std::vector<int>>& laterOf) {
-    const auto rowsAt = [&](int place) { return static_cast<double>(rows_[at(nodeAt_[at(place)])]); };
-    supernodes_.clear();
-    supernodeOf_.assign(laterOf.size(), 0);
-    later_.clear();
-    double numbers = 0;  // of the present supernode, that are not zero
-    double own = 0;      // its rows
-    for (int place = 0; place < static_cast<int>(laterOf.size()); ++place) {
-        const std::vector<int>& later = laterOf[at(place)];
-        double others = 0;
-        for (const int other : later) {
-            others += rowsAt(other);
-        }
-        const double rows = rowsAt(place);
-        const double mine = rows * (rows + others);
-        const double wide = own + rows;
-        const bool follows = place > 0 && !laterOf[at(place - 1)].empty() && laterOf[at(place - 1)].front() == place;
-        if (follows && numbers + mine >= (1 - mostZeros) * wide * (0.5 * (wide + rows) + others)) {
-            supernodes_.back().end = place + 1;
-            numbers += mine;
-            own = wide;
-        } else {
-            supernodes_.emplace_back().begin = place;
-            supernodes_.back().end = place + 1;
-            numbers = mine;
-            own = rows;
-        }
-        supernodeOf_[at(place)] = static_cast<int>(supernodes_.size()) - 1;
-    }
-    for (Supernode& s : supernodes_) {
-        s.later = later_.size();
-        const std::vector<int>& later = laterOf[at(s.end - 1)];
-        later_.insert(later_.end(), later.begin(), later.end());
-        s.laterEnd = later_.size();
-    }
-}
-
-void SparseFactor::connectSupernodes() {
-    groups_.clear();
-    relative_.clear();
-    for (Supernode& s : supernodes_) {
-        s.groups = groups_.size();
-        for (std::size_t begin = s.later; begin < s.laterEnd;) {
-            const int target = supernodeOf_[at(later_[begin])];
-            const Supernode& t = supernodes_[at(target)];
-            std::size_t end = begin;
-            while (end < s.laterEnd && later_[end] < t.end) {
-                ++end;
-            }
-            groups_.push_back({target, begin, end, relative_.size()});
-            std::size_t there = t.later;
-            for (std::size_t k = end; k < s.laterEnd; ++k) {
-                while (later_[there] != later_[k]) {
-                    ++there;
-                }
-                relative_.push_back(there);
-            }
-            begin = end;
-        }
-        s.groupEnd = groups_.size();
-    }
-}
-
-void SparseFactor::placeEdges(const std::vector<Edge>& edges) {
-    edgePlaces_.clear();
-    for (const Edge& e : edges) {
-        const int p = placeOf_[at(e[0])];
-        const int q = placeOf_[at(e[1])];
-        EdgePlace place{supernodeOf_[at(std::min(p, q))], std::min(p, q), std::max(p, q), 0, false, q < p};
-        const Supernode& s = supernodes_[at(place.supernode)];
-        place.isInside = place.second < s.end;
-        if (!place.isInside) {
-            const auto first = later_.begin() + static_cast<std::ptrdiff_t>(s.later);
-            const auto last = later_.begin() + static_cast<std::ptrdiff_t>(s.laterEnd);
-            place.later = static_cast<std::size_t>(std::lower_bound(first, last, place.second) - later_.begin());
-        }
-        edgePlaces_.push_back(place);
-    }
-}
 
 void SparseFactor::setZero(const std::vector<int>& rows) {
     if (rows != active_) {
