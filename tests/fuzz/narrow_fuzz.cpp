@@ -79,8 +79,8 @@ void checkManifolds(const Shape& a, const Shape& b, const Posed& aFromB, double 
     PairCache cache;
     NarrowCounts counts;
     std::vector<Manifold> found;
-    const double apart = collide({&a, 1}, {&b, 1}, aFromB, margin, cache, found, counts);
-    claim(apart <= std::max(0.0, distance) + 1e-9 * size, "they are no nearer than is answered");
+    const double least = collide({&a, 1}, {&b, 1}, aFromB, margin, cache, found, counts);
+    claim(least <= std::max(0.0, distance) + 1e-9 * size, "they are no nearer than is answered");
     claim(found.empty() ? distance > -tolerance : distance < margin + tolerance, "contacts are where shapes touch");
     for (const Manifold& manifold : found) {
         claim(manifold.count >= 1 && manifold.count <= 4, "a manifold has one to four points");
