@@ -32,15 +32,18 @@ TEST(FarPairs, AreNotLookedAt) {
     EXPECT_EQ(drift.world.report().counts.pairs, 5);
 }
 
-// Where it meets its neighbour: as far as it is from it, to what a contact leaves.
+// Where it meets its neighbour: unseen for one step it would be 1.7 mm deep. (They turn a little, of which the distance
+// of their centres knows nothing.)
 TEST(FarPairs, MeetWhenTheyDo) {
     Drift drift(0.1);
+    double deepest = 0;  // m
     for (int i = 0; i < 120; ++i) {
         drift.world.step(1.0 / 60);
         const double gap =
             drift.world.pose(drift.boxes[1]).position.x() - drift.world.pose(drift.boxes[0]).position.x();
-        ASSERT_GT(gap, 0.4 - 4e-6) << i;
+        deepest = std::max(deepest, 0.4 - gap);
     }
+    expectBelow("deepest, m", deepest, 7e-5);
     EXPECT_GT(drift.world.linearVelocity(drift.boxes[1]).x(), 0.01);
 }
 
