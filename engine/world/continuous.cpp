@@ -43,43 +43,57 @@ constexpr std::size_t chunkSize = 16;  // fast bodies in one job; the same for a
 constexpr double tolerance = 2e-4;
 constexpr double nearby = 2e-3;
 
-// What a fast body met at another one.
-struct Met {
-    double fraction = noMeeting;
-    bool isExact = true;
+}  // namespace
+
+struct ContinuousRoom {
+    // What a fast body met at another one.
+    struct Met {
+        double fraction = noMeeting;
+        bool isExact = true;
+    };
+
+    // A body that has a part: its motion through the step as far as it is let go, and what tells in a few
+    // multiplications that it misses another one.
+    struct Trajectory {
+        // m, world: the box that all of it stays in, moved along with the displacement.
+        Vec3d middle = Vec3d::Zero();
+        Vec3d half = Vec3d::Zero();
+        Motion motion;
+        Vec3d centre = Vec3d::Zero();  // m, world: of mass, at the start
+        double radius = 0;             // m, about it
+        double arm = 0;    // m: turning by an angle moves no point that matters farther than angle times this
+        double inner = 0;  // m, least of its convex shapes'
+        ProxyId body = 0;
+        bool isSingle = true;
+        bool isNew = true;  // changed after the last iteration
+        // Of fast bodies.
+        bool isAsked = true;      // in this iteration
+        bool asksAll = true;      // its own motion has changed since it was asked
+        Met met;                  // in this iteration
+        std::uint32_t other = 0;  // whom
+        bool isHeld = false;      // at any time
+        double kept = 1;          // share of the step in which it moved
+    };
+
+    // A fast body and one that its way leads past; by number of trajectory.
+    struct Encounter {
+        std::uint32_t fast = 0;
+        std::uint32_t other = 0;
+        bool isMutual = false;  // the other one is fast too
+        Met ofFast;
+        Met ofOther;
+    };
+
+    std::vector<Trajectory> trajectories;       // of fast bodies, rising, then of others
+    std::vector<std::uint32_t> numberOf;        // by body: of its trajectory; none
+    std::vector<std::vector<Encounter>> found;  // of a chunk of pairs, or of fast bodies that go far
 };
 
-// A body that has a part: its motion through the step as far as it is let go, and what tells in a few multiplications
-// that it misses another one.
-struct Trajectory {
-    // m, world: the box that all of it stays in, moved along with the displacement.
-    Vec3d middle = Vec3d::Zero();
-    Vec3d half = Vec3d::Zero();
-    Motion motion;
-    Vec3d centre = Vec3d::Zero();  // m, world: of mass, at the start
-    double radius = 0;             // m, about it
-    double arm = 0;                // m: turning by an angle moves no point that matters farther than angle times this
-    double inner = 0;              // m, least of its convex shapes'
-    ProxyId body = 0;
-    bool isSingle = true;
-    bool isNew = true;  // changed after the last iteration
-    // Of fast bodies.
-    bool isAsked = true;      // in this iteration
-    bool asksAll = true;      // its own motion has changed since it was asked
-    Met met;                  // in this iteration
-    std::uint32_t other = 0;  // whom
-    bool isHeld = false;      // at any time
-    double kept = 1;          // share of the step in which it moved
-};
+namespace {
 
-// A fast body and one that its way leads past; by number of trajectory.
-struct Encounter {
-    std::uint32_t fast = 0;
-    std::uint32_t other = 0;
-    bool isMutual = false;  // the other one is fast too
-    Met ofFast;
-    Met ofOther;
-};
+using Met = ContinuousRoom::Met;
+using Trajectory = ContinuousRoom::Trajectory;
+using Encounter = ContinuousRoom::Encounter;
 
 // Who is held back where.
 struct Held {
@@ -87,16 +101,6 @@ struct Held {
     double fraction = 1;  // of its motion so far
     Motion motion;
 };
-
-}  // namespace
-
-struct ContinuousRoom {
-    std::vector<Trajectory> trajectories;       // of fast bodies, rising, then of others
-    std::vector<std::uint32_t> numberOf;        // by body: of its trajectory; none
-    std::vector<std::vector<Encounter>> found;  // of a chunk of pairs, or of fast bodies that go far
-};
-
-namespace {
 
 // How deep (m) a fast body may get in another one.
 double depthLeft(const Trajectory& fast, const Trajectory& other) {
