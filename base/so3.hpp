@@ -21,20 +21,31 @@ S smallAngle() {
 // rad2: 0.3 rad, beyond what most bodies turn in a sub-step.
 template <class S>
 constexpr S seriesSquare = S(0.09);
-
-// (1 - cos x) / x^2 of x^2, up to seriesSquare.
+// rad2, up to which four terms of the series are as good.
 template <class S>
-S versineSeries(S x2) {
-    const S tail = S(1) - x2 * (S(1) / S(90)) * (S(1) - x2 * (S(1) / S(132)) * (S(1) - x2 * (S(1) / S(182))));
+constexpr S shortSquare = S(1e-3);
+
+// (1 - cos x) / x^2 of x^2, up to seriesSquare; with a tail of 1, which is what it comes to, up to shortSquare.
+template <class S>
+S versineSeries(S x2, S tail) {
     return S(0.5) * (S(1) - x2 * (S(1) / S(12)) * (S(1) - x2 * (S(1) / S(30)) * (S(1) - x2 * (S(1) / S(56)) * tail)));
 }
-
-// (x - sin x) / x^3 of x^2, up to seriesSquare.
 template <class S>
-S sineLagSeries(S x2) {
-    const S tail = S(1) - x2 * (S(1) / S(110)) * (S(1) - x2 * (S(1) / S(156)) * (S(1) - x2 * (S(1) / S(210))));
+S versineSeries(S x2) {
+    return versineSeries(x2,
+                         S(1) - x2 * (S(1) / S(90)) * (S(1) - x2 * (S(1) / S(132)) * (S(1) - x2 * (S(1) / S(182)))));
+}
+
+// (x - sin x) / x^3 of x^2, likewise.
+template <class S>
+S sineLagSeries(S x2, S tail) {
     return S(1) / S(6) *
            (S(1) - x2 * (S(1) / S(20)) * (S(1) - x2 * (S(1) / S(42)) * (S(1) - x2 * (S(1) / S(72)) * tail)));
+}
+template <class S>
+S sineLagSeries(S x2) {
+    return sineLagSeries(x2,
+                         S(1) - x2 * (S(1) / S(110)) * (S(1) - x2 * (S(1) / S(156)) * (S(1) - x2 * (S(1) / S(210)))));
 }
 
 // Of an angle x (rad), by its square: sin x / x, (1 - cos x) / x^2, (x - sin x) / x^3. What a turn makes of a vector,
@@ -46,13 +57,9 @@ struct TurnSeries {
     S lag;
 
     explicit TurnSeries(S square) {
-        if (square < S(1e-3)) {
-            // So many terms of the series are enough.
-            versine = S(0.5) * (S(1) - square * (S(1) / S(12)) *
-                                           (S(1) - square * (S(1) / S(30)) * (S(1) - square * (S(1) / S(56)))));
-            lag =
-                S(1) / S(6) *
-                (S(1) - square * (S(1) / S(20)) * (S(1) - square * (S(1) / S(42)) * (S(1) - square * (S(1) / S(72)))));
+        if (square < shortSquare<S>) {
+            versine = versineSeries(square, S(1));
+            lag = sineLagSeries(square, S(1));
             sine = S(1) - square * lag;
         } else if (square < seriesSquare<S>) {
             versine = versineSeries(square);

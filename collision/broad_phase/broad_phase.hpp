@@ -56,6 +56,7 @@ public:
     // where part of a tree has grown too high and is built anew; a body added takes two nodes of FCL's.
     void update(JobSystem& jobs);
     void update();  // in the calling thread
+
     // Sorted, each once, no static-static pair; the same for the same history whatever the thread count.
     const std::vector<ProxyPair>& pairs() const;
     // The ids whose fat boxes overlap `region`, sorted; they are as the last add(), remove() or move() left them.

@@ -230,70 +230,14 @@ bool isNear(const Part& s, const Vec3d& point, double reach) {
     return ((s.low - p).array() <= reach).all() && ((p - s.high).array() <= reach).all();
 }
 
-// Which parts of two bodies may meet.
-class PartFilter {
-public:
-    PartFilter(const BodyShapes& a, const BodyShapes& b, const Frame& aFromB, const Posed& poseOfB, double margin)
-        : isNeeded_(a.shapes.size() > 1 || b.shapes.size() > 1),
-          b_(b.shapes),
-          aFromB_(aFromB),
-          poseOfB_(poseOfB),
-          margin_(margin),
-          partsA_(known(a, roomA())),
-          partsB_(known(b, roomB())) {
-        boxesOfB_.resize(isNeeded_ ? b_.size() : 0);
-        std::fill(boxesOfB_.begin(), boxesOfB_.end(), std::nullopt);
-    }
-
-    // By the boxes of each in its own frame first, then by those along the axes of body A, of which b's are made here.
-    bool mayMeet(std::size_t i, std::size_t j) {
-        if (!isNeeded_) {
-            return true;
-        }
-        const Part& a = partsA_[i];
-        const Part& b = partsB_[j];
-        if (!isNear(a, aFromB_ * b.middle, b.radius + margin_) ||
-            !isNear(b, turnedBack(aFromB_.rotation, a.middle - aFromB_.position), a.radius + margin_)) {
-            return false;
-        }
-        if (!boxesOfB_[j]) {
-            boxesOfB_[j] = bounds(b_.subspan(j, 1), poseOfB_).grown(margin_);
-        }
-        return a.box.overlaps(*boxesOfB_[j]);
-    }
-    Frame poseA(const Shape& shape, std::size_t i) const { return isNeeded_ ? partsA_[i].pose : frameOf(shape.pose); }
-    Frame poseB(const Shape& shape, std::size_t j) const { return isNeeded_ ? partsB_[j].pose : frameOf(shape.pose); }
-
-private:
-    std::span<const Part> known(const BodyShapes& body, std::vector<Part>& room) const {
-        if (!isNeeded_ || !body.parts.empty()) {
-            return body.parts;
-        }
-        room = partsOf(body.shapes);
-        return room;
-    }
-    static std::vector<Part>& roomA() {
-        thread_local std::vector<Part> room;
-        return room;
-    }
-    static std::vector<Part>& roomB() {
-        thread_local std::vector<Part> room;
-        return room;
-    }
-    static std::vector<std::optional<Aabb>>& roomOfBoxes() {
-        thread_local std::vector<std::optional<Aabb>> room;
-        return room;
-    }
-
-    bool isNeeded_;
-    std::span<const Shape> b_;
-    const Frame& aFromB_;
-    const Posed& poseOfB_;
-    double margin_;
-    std::span<const Part> partsA_;
-    std::span<const Part> partsB_;
-    std::vector<std::optional<Aabb>>& boxesOfB_ = roomOfBoxes();
-};
+// Of the parts of two bodies, a's and b's: by the boxes of each in its own frame first, then by those along the axes of
+// body A, of which b's is made here.
+bool mayMeet(const Part& a, const Part& b, const Shape& shapeB, const Frame& aFromB, const Posed& poseOfB,
+             double margin) {
+    return isNear(a, aFromB * b.middle, b.radius + margin) &&
+           isNear(b, turnedBack(aFromB.rotation, a.middle - aFromB.position), a.radius + margin) &&
+           a.box.overlaps(bounds(std::span(&shapeB, 1), poseOfB).grown(margin));
+}
 
 }  // namespace
 
@@ -303,13 +247,20 @@ double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aF
     const std::span<const Shape> b = bodyB.shapes;
     const Frame bodies = frameOf(aFromB);
     const Frame bodiesBack = bodies.inverse();
-    PartFilter filter(bodyA, bodyB, bodies, aFromB, margin);
+    const bool cull = a.size() > 1 || b.size() > 1;
+    const auto partsOfBody = [&](const BodyShapes& body) {
+        return cull && body.parts.empty() ? partsOf(body.shapes) : std::vector<Part>();
+    };
+    const std::vector<Part> madeA = partsOfBody(bodyA);
+    const std::vector<Part> madeB = partsOfBody(bodyB);
+    const std::span<const Part> partsA = madeA.empty() ? bodyA.parts : madeA;
+    const std::span<const Part> partsB = madeB.empty() ? bodyB.parts : madeB;
     double apart = infinity;
     std::size_t cursor = 0;
     for (std::uint32_t i = 0; i < a.size(); ++i) {
-        const Frame poseA = filter.poseA(a[i], i);
+        const Frame poseA = cull ? partsA[i].pose : frameOf(a[i].pose);
         for (std::uint32_t j = 0; j < b.size(); ++j) {
-            if (!filter.mayMeet(i, j)) {
+            if (cull && !mayMeet(partsA[i], partsB[j], b[j], bodies, aFromB, margin)) {
                 apart = std::min(apart, margin);
                 continue;
             }
@@ -320,7 +271,7 @@ double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aF
                 apart = 0;
                 continue;  // two static shapes
             }
-            const Frame poseB = filter.poseB(b[j], j);
+            const Frame poseB = cull ? partsB[j].pose : frameOf(b[j].pose);
             const Frame bodyAFromFirst = swapped ? bodies * poseB : poseA;
             const OrderedPair pair{
                 .first = first,

@@ -129,9 +129,7 @@ void measureShapes(BodyKind<S>& kind, double continuousShare) {
     const BodyDef& def = kind.def;
     const Vec3d centre = kind.localCentre.template cast<double>();
     kind.radius = boundingRadius(def.shapes, centre);
-    if (def.shapes.size() > 1) {
-        kind.parts = partsOf(def.shapes);
-    }
+    kind.parts = partsOf(def.shapes);
     double inner = std::numeric_limits<double>::infinity();
     for (const Shape& shape : def.shapes) {
         inner = std::min(inner, innerRadius(shape));

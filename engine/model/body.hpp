@@ -33,7 +33,7 @@ struct BodyKind {
     // m: moved farther than this within a step, it gets continuous collision; and contacts look no farther ahead than
     // its radius.
     double ccdDistance = std::numeric_limits<double>::infinity();
-    std::vector<Part> parts;  // of several shapes
+    std::vector<Part> parts;  // its shapes'
 
     BodyShapes shapes() const { return {def.shapes, parts}; }
 };

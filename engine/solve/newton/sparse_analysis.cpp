@@ -10,6 +10,7 @@ namespace {
 
 // Of the numbers of a supernode's panels, what may be zero for the sake of fewer and larger panels.
 constexpr double mostZeros = 0.1;
+
 // Places in an order in which each comes right after what is eliminated below it: those of a supernode are neighbours.
 std::vector<int> postorder(const std::vector<std::vector<int>>& laterOf) {
     const std::size_t n = laterOf.size();

@@ -8,6 +8,16 @@ ContactRows<S>* firstPoint(Problem<S>& problem, const ProblemContact<S>& contact
     return problem.contactRows.data() + contact.firstPoint;
 }
 
+template <class S>
+std::size_t rowsOf(const ProblemContact<S>& contact) {  // of each point
+    return contact.hasFriction() ? 3 : 1;
+}
+
+template <class S>
+const Vec3<S>& direction(const ContactFrame<S>& frame, std::size_t row) {
+    return row == 0 ? frame.normal : row == 1 ? frame.tangent1 : frame.tangent2;
+}
+
 // Of three impulses, along the normal and the tangents.
 template <class S>
 [[gnu::always_inline]] inline Vec3<S> inWorld(const ContactFrame<S>& frame, const S* impulse) {
@@ -22,7 +32,16 @@ void CompactSweeps<S>::readBodies(Problem<S>& problem) {
     readMasses(problem);
     joints_.couple(problem, masses_.data());
     if (!ContactLanes<S>::areFor(problem)) {
-        problem.forEach(problem.contacts.size(), [&](std::size_t c) { beginSweeps(problem, c); });
+        problem.forEach(problem.contacts.size(), [&](std::size_t c) {
+            const ProblemContact<S>& contact = problem.contacts[c];
+            for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
+                const ContactRows<S>& point = problem.contactRows[static_cast<std::size_t>(i)];
+                if (!point.isIdle) {
+                    readTurns(contact, problem.frames[c], point, sweeps_[static_cast<std::size_t>(i)]);
+                    readScales(contact, point, sweeps_[static_cast<std::size_t>(i)]);
+                }
+            }
+        });
     }
 }
 
@@ -47,14 +66,12 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
         lanes_.begin(problem, {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart}, &masses_.front().inverse);
     } else {
         sweeps_.resize(problem.contactRows.size());
-        problem.forEach(problem.contacts.size(), [&](std::size_t c) {
-            beginContact(problem, c, spring, warmStart, h);
-            beginSweeps(problem, c);
-        });
+        problem.forEach(problem.contacts.size(),
+                        [&](std::size_t c) { beginContact(problem, c, spring, warmStart, h); });
     }
     contactRowCount_ = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {
-        contactRowCount_ += static_cast<std::size_t>(contact.hasFriction() ? 3 * contact.count : contact.count);
+        contactRowCount_ += rowsOf(contact) * static_cast<std::size_t>(contact.count);
     }
 }
 
@@ -63,9 +80,8 @@ void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const Pu
                                     S h) {
     const ProblemContact<S>& contact = problem.contacts[c];
     const ContactFrame<S>& frame = problem.frames[c];
-    const BodyMass<S>& a = masses_[static_cast<std::size_t>(contact.a)];
-    const BodyMass<S>& b = masses_[static_cast<std::size_t>(contact.b)];
-    const Vec3<S>* directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
+    const S inverse =
+        masses_[static_cast<std::size_t>(contact.a)].inverse + masses_[static_cast<std::size_t>(contact.b)].inverse;
     const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
     for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
         ContactRows<S>& point = problem.contactRows[i];
@@ -74,33 +90,35 @@ void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const Pu
             impulse *= warmStart;
         }
         startPoint(problem, contact, frame, i, warmStart, h, point);
-        for (int t = 0; t < (contact.hasFriction() ? 3 : 1); ++t) {
-            const Vec3<S> ra = point.armA.cross(*directions[t]);
-            const Vec3<S> rb = point.armB.cross(*directions[t]);
-            point.delassus[t] = a.inverse + b.inverse + ra.dot(a.spin(ra)) + rb.dot(b.spin(rb));
+        readTurns(contact, frame, point, sweeps_[i]);
+        for (std::size_t t = 0; t < rowsOf(contact); ++t) {
+            const Vec3<S>& along = direction(frame, t);
+            const UnitTurns<S>& turns = sweeps_[i].turns[t];
+            point.delassus[t] = inverse + point.armA.cross(along).dot(turns.a) + point.armB.cross(along).dot(turns.b);
         }
         point.isIdle = false;
         const bool isOpen = point.C > S(0);
         point.bias = isOpen ? point.C / h : std::max(spring.rate * point.C, -spring.maxSpeed);
         point.softness = isOpen ? S(0) : point.delassus[0] / spring.stiffness;
+        readScales(contact, point, sweeps_[i]);
     }
 }
 
 template <class S>
-void CompactSweeps<S>::beginSweeps(const Problem<S>& problem, std::size_t c) {
-    const ProblemContact<S>& contact = problem.contacts[c];
-    const ContactFrame<S>& frame = problem.frames[c];
+void CompactSweeps<S>::readTurns(const ProblemContact<S>& contact, const ContactFrame<S>& frame,
+                                 const ContactRows<S>& point, PointSweep& sweep) const {
     const BodyMass<S>& a = masses_[static_cast<std::size_t>(contact.a)];
     const BodyMass<S>& b = masses_[static_cast<std::size_t>(contact.b)];
-    const Vec3<S>* directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
-    const std::size_t first = static_cast<std::size_t>(contact.firstPoint);
-    for (std::size_t i = first; i < first + static_cast<std::size_t>(contact.count); ++i) {
-        const ContactRows<S>& point = problem.contactRows[i];
-        PointSweep& sweep = sweeps_[i];
-        for (std::size_t t = 0; t < (point.isIdle ? 0 : contact.hasFriction() ? 3 : 1); ++t) {
-            sweep.turns[t] = {a.spin(point.armA.cross(*directions[t])), b.spin(point.armB.cross(*directions[t]))};
-            sweep.scale[t] = S(1) / (point.delassus[t] + (t == 0 ? point.softness : S(0)));
-        }
+    for (std::size_t t = 0; t < rowsOf(contact); ++t) {
+        const Vec3<S>& along = direction(frame, t);
+        sweep.turns[t] = {a.spin(point.armA.cross(along)), b.spin(point.armB.cross(along))};
+    }
+}
+
+template <class S>
+void CompactSweeps<S>::readScales(const ProblemContact<S>& contact, const ContactRows<S>& point, PointSweep& sweep) {
+    for (std::size_t t = 0; t < rowsOf(contact); ++t) {
+        sweep.scale[t] = S(1) / (point.delassus[t] + (t == 0 ? point.softness : S(0)));
     }
 }
 

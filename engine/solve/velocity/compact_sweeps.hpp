@@ -48,12 +48,18 @@ public:
     RowSweeps<S>& joints() { return rows_; }  // and locks; with the twists of all bodies
 
 private:
+    // What sweeps need of a point beside, along the normal and the tangents, by the present masses: more to read, and
+    // half the way from one point to the next.
+    struct PointSweep {
+        std::array<UnitTurns<S>, 3> turns;
+        std::array<S, 3> scale;  // kg, of the step that a row takes against its speed
+    };
+    void readTurns(const ProblemContact<S>& contact, const ContactFrame<S>& frame, const ContactRows<S>& point,
+                   PointSweep& sweep) const;
+    static void readScales(const ProblemContact<S>& contact, const ContactRows<S>& point, PointSweep& sweep);
     void readMasses(const Problem<S>& problem);
     // Friction, the impulses to start from, and the other terms.
     void beginContact(Problem<S>& problem, std::size_t c, const PushOutSpring<S>& spring, S warmStart, S h);
-    // What sweeps need of a contact's points beside, by the present masses: more to read, and half the way from one
-    // point to the next.
-    void beginSweeps(const Problem<S>& problem, std::size_t c);
     S sweepContact(const ProblemContact<S>& contact, const ContactFrame<S>& frame, ContactRows<S>* points,
                    S relaxation);
     S* twistNumbers() { return rows_.v.empty() ? nullptr : rows_.v.front().data(); }
@@ -65,11 +71,6 @@ private:
     ContactLanes<S> lanes_;
     std::vector<BodyMass<S>> masses_;
     std::vector<Vec6<S>> before_;
-    // Of a point, along the normal and the tangents.
-    struct PointSweep {
-        std::array<UnitTurns<S>, 3> turns;
-        std::array<S, 3> scale;  // kg, of the step that a row takes against its speed
-    };
     std::vector<PointSweep> sweeps_;  // by point
     std::size_t contactRowCount_ = 0;
 };
