@@ -296,6 +296,16 @@ double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aF
     return apart;
 }
 
+double overlapAlong(const Shape& a, const Shape& b, const Posed& aFromB, const Vec3d& n) {
+    // How far the shape reaches along a direction of its body's frame.
+    const auto reach = [](const Shape& shape, const Vec3d& direction) {
+        int hint = 0;
+        return direction.dot(shape.pose.position) +
+               supportDistance(makeConvex(shape), turned(shape.pose.rotation.conjugate(), direction), hint);
+    };
+    return reach(a, n) + reach(b, turned(aFromB.rotation.conjugate(), -n)) - n.dot(aFromB.position);
+}
+
 std::array<int, 4> matchPoints(const Manifold& before, const Manifold& now, double maxDistance) {
     std::array<int, 4> match{-1, -1, -1, -1};
     std::array<bool, 4> taken{};

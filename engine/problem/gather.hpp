@@ -15,19 +15,6 @@ struct MotionSettings {
     bool gyroscopicInertia = false;
 };
 
-// m: what goes as deep into something that no contact told of is worth doing the step again: less than continuous
-// collision would hold back.
-template <class S>
-S surprise(const Body<S>& a, const Body<S>& b) {
-    double depth = 0.01;
-    for (const Body<S>* body : {&a, &b}) {
-        constexpr double share = 0.2;
-        const double thick = body->kind->innerRadius;  // m; 0 of a surface
-        depth = thick > 0 ? std::min(depth, share * thick) : depth;
-    }
-    return static_cast<S>(depth);
-}
-
 // What problems are gathered from.
 template <class S>
 struct WorldTables {
@@ -51,15 +38,6 @@ public:
     // their forces. gatherContacts() takes them over.
     void detect(const SpeculativeBounds& speculative, NarrowCounts& counts);
     void gatherContacts();
-    // A manifold that bodies met on their way.
-    struct Met {
-        std::uint32_t pair;
-        ContactManifold<S> manifold;
-    };
-    // After detect(): what is deep (surprise()) at points that the island's pairs did not know when the step began.
-    std::vector<Met> findMet(const std::vector<PairContacts<S>>& atStart) const;
-    // Makes contacts of it where the bodies are now.
-    void foresee(const std::vector<Met>& met);
     // Gives joints, locks and contact points of the world what they carry after the step.
     void handBack();
 
