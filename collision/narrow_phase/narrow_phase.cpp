@@ -296,7 +296,7 @@ double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aF
     return apart;
 }
 
-double overlapAlong(const Shape& a, const Shape& b, const Posed& aFromB, const Vec3d& n) {
+double projectedOverlap(const Shape& a, const Shape& b, const Posed& aFromB, const Vec3d& n) {
     // How far the shape reaches along a direction of its body's frame.
     const auto reach = [](const Shape& shape, const Vec3d& direction) {
         int hint = 0;

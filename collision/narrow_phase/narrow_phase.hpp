@@ -54,7 +54,7 @@ double collide(const BodyShapes& a, const BodyShapes& b, const Posed& aFromB, do
 
 // How deep two convex shapes are in each other at most, by what they take up along a direction: m, 0 or less where that
 // separates them. aFromB as above; n: unit, from A to B, in A's frame.
-double overlapAlong(const Shape& a, const Shape& b, const Posed& aFromB, const Vec3d& n);
+double projectedOverlap(const Shape& a, const Shape& b, const Posed& aFromB, const Vec3d& n);
 
 // The triangle of a mesh or height field on which a contact point lies: that of the mesh as it was given, or of the
 // field as HeightField counts them; of those that meet there the one that faces most along `outward` (unit), of these

@@ -60,7 +60,7 @@ bool staysOut(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, c
         return false;
     }
     const ContactManifold<S>& manifold = pair.manifolds[0];
-    const auto overlap = [&](const Vec3d& normal) { return overlapAlong(shapesA[0], shapesB[0], aFromB, normal); };
+    const auto overlap = [&](const Vec3d& normal) { return projectedOverlap(shapesA[0], shapesB[0], aFromB, normal); };
     const double deep = surprise(a, b);
     return overlap(manifold.normal) <= deep || overlap(turned(aFromB.rotation, manifold.normalInB)) <= deep;
 }

@@ -249,6 +249,9 @@ void Balance<S>::addContacts(const Problem<S>& problem, S h, bool balance, Sums&
             const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
             const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
             const bool driven = drives && (isDriven(a) || isDriven(b));
+            if (!balance && !driven) {
+                continue;
+            }
             const ContactFrame<S> frame = problem.frameOf(contact);
             Vec6<S> onA = Vec6<S>::Zero();
             Vec6<S> onB = Vec6<S>::Zero();
