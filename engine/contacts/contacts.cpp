@@ -392,10 +392,8 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
 }
 
 template <class S>
-bool PairContacts<S>::knows(const ContactManifold<S>& manifold, const ContactPointState<S>& point,
-                            std::size_t among) const {
-    const auto last = manifolds.begin() + static_cast<std::ptrdiff_t>(among);
-    return std::any_of(manifolds.begin(), last, [&](const ContactManifold<S>& one) {
+bool PairContacts<S>::knows(const ContactManifold<S>& manifold, const ContactPointState<S>& point) const {
+    return std::any_of(manifolds.begin(), manifolds.end(), [&](const ContactManifold<S>& one) {
         constexpr double sameWay = 0.99;  // cosine
         const auto points = one.inForce();
         return one.shapeA == manifold.shapeA && one.shapeB == manifold.shapeB && one.id == manifold.id &&
@@ -406,13 +404,11 @@ bool PairContacts<S>::knows(const ContactManifold<S>& manifold, const ContactPoi
 }
 
 template <class S>
-void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, std::size_t known, const PairSide<S>& a,
-                     const PairSide<S>& b) {
-    const S deepest = -static_cast<S>(pair.depth());
+void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, const PairSide<S>& a, const PairSide<S>& b) {
     std::array<ContactPointState<S>, 4> points;
     std::uint8_t count = 0;
     for (const ContactPointState<S>& point : met.inForce()) {
-        if (!pair.knows(met, point, known)) {
+        if (!pair.knows(met, point)) {
             ContactPointState<S>& unloaded = points[count++];
             unloaded.onA = point.onA;
             unloaded.onB = point.onB;
@@ -421,27 +417,21 @@ void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, std::size_t 
         }
     }
     met.points = points;
+    met.count = count;
     met.known = count;
-    placeSeparations(met, PlacedSide<S>(a), PlacedSide<S>(b));
-    const auto end = std::remove_if(met.points.begin(), met.points.begin() + count,
-                                    [&](const ContactPointState<S>& point) { return point.separation < deepest; });
-    met.count = static_cast<std::uint8_t>(end - met.points.begin());
-    if (met.count == 0) {
-        return;
-    }
-    met.known = met.count;
     met.transferred = 0;
     if (met.rolling) {
         met.rolling->impulse.setZero();
     }
     met.slips.reset();
     met.deeper = S(0);
+    placeSeparations(met, PlacedSide<S>(a), PlacedSide<S>(b));
     pair.manifolds.push_back(std::move(met));
 }
 
-template void foreseeManifold(PairContacts<float>&, ContactManifold<float>, std::size_t, const PairSide<float>&,
+template void foreseeManifold(PairContacts<float>&, ContactManifold<float>, const PairSide<float>&,
                               const PairSide<float>&);
-template void foreseeManifold(PairContacts<double>&, ContactManifold<double>, std::size_t, const PairSide<double>&,
+template void foreseeManifold(PairContacts<double>&, ContactManifold<double>, const PairSide<double>&,
                               const PairSide<double>&);
 template std::array<int, 2> trianglesOf(const PairContacts<float>&, const ContactManifold<float>&,
                                         const ContactPointState<float>&, const Body<float>&, const Body<float>&);

@@ -136,9 +136,8 @@ struct PairContacts {
     bool isForgotten = false;  // one of its bodies has left the world since the last step
 
     int pointCount() const;  // in force
-    // Whether a point of a manifold found elsewhere is one of those in force of the first so many manifolds, and pushes
-    // the same way.
-    bool knows(const ContactManifold<S>& manifold, const ContactPointState<S>& point, std::size_t among) const;
+    // Whether a point of a manifold found elsewhere is one of those in force, and pushes the same way.
+    bool knows(const ContactManifold<S>& manifold, const ContactPointState<S>& point) const;
     double depth() const;  // m, of the deepest point that was found, in force or not; 0: they do not overlap
     std::span<const ContactManifold<S>> before() const {
         return past ? std::span<const ContactManifold<S>>(past->manifolds) : std::span<const ContactManifold<S>>();
@@ -217,11 +216,9 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
 }
 
 // Takes a manifold that was found farther on the way of the bodies for a contact where they are: its points that the
-// first `known` manifolds of the pair do not know, with their separations there and no forces. Left out are those that
-// lie deeper there than the pair is, as of what would have gone through to the other side.
+// pair does not know, of which there is one, with their separations there and no forces.
 template <class S>
-void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, std::size_t known, const PairSide<S>& a,
-                     const PairSide<S>& b);
+void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, const PairSide<S>& a, const PairSide<S>& b);
 
 // The contacts of a moving body with a body that no force moves (internal_edges.hpp).
 template <class S>

@@ -7,18 +7,6 @@
 namespace cairn {
 namespace {
 
-// m: what gets as deep in another without a contact is worth one: less than continuous collision would hold back.
-template <class S>
-double surprise(const Body<S>& a, const Body<S>& b) {
-    double depth = 0.01;
-    for (const Body<S>* body : {&a, &b}) {
-        constexpr double share = 0.2;
-        const double thick = body->kind->innerRadius;  // m; 0 of a surface
-        depth = thick > 0 ? std::min(depth, share * thick) : depth;
-    }
-    return depth;
-}
-
 // m: how far the points that matter of the smaller body go against the other one in dt.
 template <class S>
 double displacement(const Body<S>& a, const Body<S>& b, S dt) {
@@ -36,7 +24,8 @@ bool mayMeet(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, S 
     // How thin the ground is does not matter: of one body all its pieces are looked at, or none.
     const bool isOfGround = a.isDynamic() != b.isDynamic();
     const Body<S>& mover = a.isDynamic() ? a : b;
-    return distance > (isOfGround ? surprise(mover, mover) : surprise(a, b)) &&
+    const S enough = isOfGround ? surprise(mover, mover) : surprise(a, b);
+    return distance > static_cast<double>(enough) &&
            !(pair.manifolds.empty() && distance <= pair.apart);
 }
 
@@ -61,22 +50,29 @@ bool staysOut(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, c
     }
     const ContactManifold<S>& manifold = pair.manifolds[0];
     const auto overlap = [&](const Vec3d& normal) { return projectedOverlap(shapesA[0], shapesB[0], aFromB, normal); };
-    const double deep = surprise(a, b);
+    const double deep = static_cast<double>(surprise(a, b));
     return overlap(manifold.normal) <= deep || overlap(turned(aFromB.rotation, manifold.normalInB)) <= deep;
 }
 
-// Takes what is deep there over into the pair.
+// Takes what is deep there over into the pair, but for points that lie deeper where the bodies are than the pair does:
+// they tell of what would have gone through to the other side.
 template <class S>
 void takeOver(const PairContacts<S>& there, PairContacts<S>& pair, const Body<S>& a, const Body<S>& b) {
-    const S deep = static_cast<S>(surprise(a, b));
-    const std::size_t known = pair.manifolds.size();
+    const S deepest = static_cast<S>(-pair.depth());
     for (const ContactManifold<S>& manifold : there.manifolds) {
-        const auto points = manifold.inForce();
-        const bool isDeep = std::any_of(points.begin(), points.end(), [&](const ContactPointState<S>& point) {
-            return point.separation < -deep;
-        });
-        if (isDeep) {
-            foreseeManifold(pair, manifold, known, sideOf(a, S(0)), sideOf(b, S(0)));
+        if (!isSurprise(pair, manifold, a, b)) {
+            continue;
+        }
+        foreseeManifold(pair, manifold, sideOf(a, S(0)), sideOf(b, S(0)));
+        ContactManifold<S>& taken = pair.manifolds.back();
+        const auto points = taken.inForce();
+        const auto end =
+            std::remove_if(points.begin(), points.end(),
+                           [&](const ContactPointState<S>& point) { return point.separation < deepest; });
+        taken.count = static_cast<std::uint8_t>(end - points.begin());
+        taken.known = taken.count;
+        if (taken.count == 0) {
+            pair.manifolds.pop_back();
         }
     }
 }
@@ -85,10 +81,15 @@ void takeOver(const PairContacts<S>& there, PairContacts<S>& pair, const Body<S>
 
 template <class S>
 void foreseeContacts(ContactTable<S>& contacts, std::span<const std::uint32_t> pairs, const BodyTable<S>& bodies, S dt,
-                     NarrowPhase narrowPhase, JobSystem* jobs, NarrowCounts& counts) {
-    static thread_local std::vector<std::uint32_t> asked;
-    static thread_local std::vector<PairContacts<S>> found;
+                     NarrowPhase narrowPhase, JobSystem& jobs, NarrowCounts& counts) {
+    // Kept by the thread that leads, and filled by all.
+    static thread_local std::vector<std::uint32_t> askedRoom;
+    static thread_local std::vector<PairContacts<S>> foundRoom;
+    static thread_local std::vector<NarrowCounts> countsRoom;
     static thread_local std::vector<GroundPair<S>> ground;
+    std::vector<std::uint32_t>& asked = askedRoom;
+    std::vector<PairContacts<S>>& found = foundRoom;
+    std::vector<NarrowCounts>& countsOf = countsRoom;
     asked.clear();
     for (const std::uint32_t p : pairs) {
         const PairContacts<S>& pair = contacts.pairs()[p];
@@ -96,34 +97,21 @@ void foreseeContacts(ContactTable<S>& contacts, std::span<const std::uint32_t> p
             asked.push_back(p);
         }
     }
-    if (asked.empty()) {
-        return;
-    }
-    const auto forEach = [&](auto&& body) {
-        constexpr std::size_t grain = 32;
-        if (jobs != nullptr) {
-            parallelFor(*jobs, asked.size(), grain, body);
-        } else {
-            for (std::size_t k = 0; k < asked.size(); ++k) {
-                body(k);
-            }
-        }
-    };
-    found.resize(std::max(found.size(), asked.size()));
-    const auto side = [&](std::uint32_t body) { return sideOf(bodies[body], dt); };
-    const SpeculativeBounds touching{.narrowPhase = narrowPhase};
-    std::vector<NarrowCounts> countsOf(asked.size());
-    forEach([&, found = found.data(), asked = asked.data(), countsOf = countsOf.data()](std::size_t k) {
+    found.resize(asked.size());
+    countsOf.assign(asked.size(), {});
+    const auto there = [&](std::uint32_t body) { return sideOf(bodies[body], dt); };
+    constexpr std::size_t grain = 32;
+    parallelFor(jobs, asked.size(), grain, [&](std::size_t k) {
         const PairContacts<S>& pair = contacts.pairs()[asked[k]];
-        PairContacts<S>& there = found[k];
-        there.pair = pair.pair;
-        there.cache = pair.cache;
-        there.manifolds.clear();
-        there.made = false;
-        const PlacedSide<S> a(side(pair.pair.a));
-        const PlacedSide<S> b(side(pair.pair.b));
+        PairContacts<S>& met = found[k];
+        met.pair = pair.pair;
+        met.cache = pair.cache;
+        met.manifolds.clear();
+        met.made = false;
+        const PlacedSide<S> a(there(pair.pair.a));
+        const PlacedSide<S> b(there(pair.pair.b));
         if (!staysOut(pair, *a.body, *b.body, relativePose(a.place, b.place))) {
-            collidePair(there, a, b, touching, countsOf[k]);
+            collidePair(met, a, b, {.narrowPhase = narrowPhase}, countsOf[k]);
         }
     });
     ground.clear();
@@ -131,15 +119,15 @@ void foreseeContacts(ContactTable<S>& contacts, std::span<const std::uint32_t> p
         counts += countsOf[k];
         addGroundPair(ground, found[k], bodies[found[k].pair.a], bodies[found[k].pair.b]);
     }
-    cullInternalEdges<S>(ground, side);
+    cullInternalEdges<S>(ground, there);
     for (std::size_t k = 0; k < asked.size(); ++k) {
         takeOver(found[k], contacts.pairs()[asked[k]], bodies[found[k].pair.a], bodies[found[k].pair.b]);
     }
 }
 
 template void foreseeContacts(ContactTable<float>&, std::span<const std::uint32_t>, const BodyTable<float>&, float,
-                              NarrowPhase, JobSystem*, NarrowCounts&);
+                              NarrowPhase, JobSystem&, NarrowCounts&);
 template void foreseeContacts(ContactTable<double>&, std::span<const std::uint32_t>, const BodyTable<double>&, double,
-                              NarrowPhase, JobSystem*, NarrowCounts&);
+                              NarrowPhase, JobSystem&, NarrowCounts&);
 
 }  // namespace cairn

@@ -63,30 +63,7 @@ bool isSound(Guard guard, const SolveReport& report) {
     return guard == Guard::Energy ? !report.gainsEnergy() : std::isfinite(report.energyGained);
 }
 
-// Of the island's step, whether an error is asked for.
-template <class S>
-bool asksForError(const AccuracyDef& accuracy, const Island& island, const BodyTable<S>& bodies) {
-    return accuracy.position > 0 || accuracy.velocity > 0 ||
-           std::any_of(island.bodies.begin(), island.bodies.end(),
-                       [&](std::uint32_t i) { return bodies[i].kind->def.tolerance > 0; });
-}
-
 }  // namespace
-
-template <class S>
-StepController<S>::StepController(const WorldTables<S>& world, const Island& island, Problem<S>& problem,
-                                  ControllerState& state, Solver<S>& solver, const SolveRequest& request, bool settles,
-                                  double maxWork)
-    : world_(world),
-      island_(island),
-      problem_(problem),
-      state_(state),
-      solver_(solver),
-      request_(request),
-      settles_(settles),
-      isAsked_(asksForError(request.accuracy, island, world.bodies)),
-      maxWork_(maxWork),
-      gatherer_(world, island, problem) {}
 
 template <class S>
 StepPlan StepController<S>::plan(S dt) {
@@ -193,7 +170,7 @@ void StepController<S>::setLimits(double maxWork) {
     SubstepLimits& limits = problem_.limits;
     limits.maxWork = maxWork;
     limits.isCold = false;
-    const bool isBounded = !isAsked_ || state_.refinement < boundedRefinements;
+    const bool isBounded = !isAsked() || state_.refinement < boundedRefinements;
     limits.workPerRow = isBounded ? request_.workPerRow : infinity<double>();
     limits.workPerRowAnew = isBounded ? request_.workPerRowAnew : infinity<double>();
 }
@@ -321,6 +298,13 @@ void StepController<S>::solveSubdivided(S dt, int subdivisions, Solution& soluti
 }
 
 template <class S>
+bool StepController<S>::isAsked() const {
+    return request_.accuracy.position > 0 || request_.accuracy.velocity > 0 ||
+           std::any_of(problem_.bodies.begin(), problem_.bodies.end(),
+                       [](const SolverBody<S>& body) { return body.tolerance > 0; });
+}
+
+template <class S>
 void StepController<S>::lookAgain(S dt, Solution& solution, NarrowCounts& narrow) {
     gatherer_.detect(bounds(dt), narrow);
     for (const std::uint32_t p : island_.pairs) {
@@ -355,10 +339,76 @@ void StepController<S>::calmDown(double over) {
 }
 
 template <class S>
+bool StepController<S>::isStruck(S dt) const {
+    S fastest = 0;  // m, of a body's points in dt
+    S thinnest = infinity<S>();
+    for (const SolverBody<S>& s : problem_.bodies) {
+        if (s.index == UINT32_MAX) {
+            continue;
+        }
+        const Body<S>& body = world_.bodies[s.index];
+        const S w = s.v.template tail<3>().norm();
+        const S turning = w > S(0) ? w * static_cast<S>(body.kind->radius) : S(0);
+        fastest = std::max(fastest, dt * (s.v.template head<3>().norm() + turning));
+        thinnest = std::min(thinnest, surprise(body, body));
+    }
+    if (2 * fastest < thinnest) {
+        return false;
+    }
+    // m: of what is as deep in something already it is not the hit that is to be answered.
+    constexpr S tooDeep = S(0.05);
+    bool isStruck = false;
+    for (const ProblemContact<S>& contact : problem_.contacts) {
+        const SolverBody<S>& a = problem_.bodies[static_cast<std::size_t>(contact.a)];
+        const SolverBody<S>& b = problem_.bodies[static_cast<std::size_t>(contact.b)];
+        const S depth = surprise(world_.bodies[a.index], world_.bodies[b.index]);
+        for (int k = 0; k < contact.count; ++k) {
+            const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k);
+            const S gap = problem_.points[i].separation;
+            if (gap < -tooDeep) {
+                return false;
+            }
+            const ContactGeometry<S> at = problem_.geometryOf(contact, i);
+            const Vec3<S> apart = b.v.template head<3>() + b.v.template tail<3>().cross(b.pose.rotation * at.onB) -
+                                  a.v.template head<3>() - a.v.template tail<3>().cross(a.pose.rotation * at.onA);
+            isStruck = isStruck || gap + dt * apart.dot(at.direction(a.pose, b.pose)) < -depth;
+        }
+    }
+    return isStruck;
+}
+
+template <class S>
+void StepController<S>::solveUnasked(S dt, Solution& solution, NarrowCounts& narrow) {
+    const int subdivisions = state_.isCalm() ? 1 : request_.subdivisions;
+    if (island_.isLarge() || !isStruck(dt)) {
+        solveSubdivided(dt, subdivisions, solution, narrow);
+        return;
+    }
+    const StepCheckpoint<S> start(world_, island_, problem_, state_);
+    solveSubdivided(dt, subdivisions, solution, narrow);
+    gatherer_.detect(bounds(dt), narrow);
+    const bool isAffordable = 2 * solution.report.work <= maxWork_;
+    const std::vector<typename Gatherer<S>::Met> met = gatherer_.findMet(start.pairs());
+    if (isAffordable && !met.empty()) {
+        const ControllerState learnt = state_;  // of the solver's chances
+        start.restore(world_, island_, problem_, state_);
+        state_ = learnt;
+        gatherer_.foresee(met);
+        gatherer_.gatherContacts();
+        ++solution.solves;
+        solveSubdivided(dt, subdivisions, solution, narrow);
+        return;
+    }
+    gatherer_.gatherContacts();
+}
+
+template <class S>
 Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
-    if (!settles_ && !isAsked_) {
-        foreseeContacts<S>(world_.contacts, island_.pairs, world_.bodies, dt, request_.narrowPhase,
-                           island_.isLarge() ? world_.jobs : nullptr, narrow);
+    // In a heap of a thousand pairs something always strikes: to find out by a first solution, as solveUnasked() does,
+    // would make its steps half as long again.
+    if (island_.isLarge() && !settles_) {
+        foreseeContacts<S>(world_.contacts, island_.pairs, world_.bodies, dt, request_.narrowPhase, *world_.jobs,
+                           narrow);
     }
     gatherer_.gather();
     if (settles_) {
@@ -368,8 +418,8 @@ Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
         }
     }
     Solution solution;
-    if (!isAsked_) {
-        solveSubdivided(dt, state_.isCalm() ? 1 : request_.subdivisions, solution, narrow);
+    if (!isAsked()) {
+        solveUnasked(dt, solution, narrow);
         gatherer_.handBack();
         return solution;
     }

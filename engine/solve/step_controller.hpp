@@ -39,7 +39,16 @@ class StepController {
 public:
     // settles: as StepPlan. maxWork: that all solutions together may count, as SolveReport::work.
     StepController(const WorldTables<S>& world, const Island& island, Problem<S>& problem, ControllerState& state,
-                   Solver<S>& solver, const SolveRequest& request, bool settles, double maxWork);
+                   Solver<S>& solver, const SolveRequest& request, bool settles, double maxWork)
+        : world_(world),
+          island_(island),
+          problem_(problem),
+          state_(state),
+          solver_(solver),
+          request_(request),
+          settles_(settles),
+          maxWork_(maxWork),
+          gatherer_(world, island, problem) {}
 
     // Gathers the island, moves it by dt, and hands back what joints and contacts carry; the bodies' new places are
     // left in the problem. Where accuracy is asked for, contacts are found at the end too, and an error above tolerance
@@ -82,12 +91,18 @@ private:
     void backOff();
     // What an attempt of an exact solution teaches, and whether the refused one is worth shorter sub-steps.
     bool learn(const SolveReport& report);
+    bool isAsked() const;
     // Contacts where the step has led, which the world then keeps for the next one.
     void lookAgain(S dt, Solution& solution, NarrowCounts& narrow);
     // What ControllerState::refinement to try after `level` did not reach what is asked; whether it left much less of
     // the error than the one before.
     int refinementAfter(int level, const Solution& solution, bool hasHelped) const;
     void calmDown(double over);
+    // Whether something would go deep into something else in this step if nothing held it: what it is thrown to may
+    // meet what no contact tells of.
+    bool isStruck(S dt) const;
+    // What was met on the way so is made a contact from the start, and the step done again, once.
+    void solveUnasked(S dt, Solution& solution, NarrowCounts& narrow);
     SpeculativeBounds bounds(S dt) const {
         return {request_.contactMargin, static_cast<double>(dt), request_.manifoldReuseDistance, request_.narrowPhase};
     }
@@ -99,7 +114,6 @@ private:
     Solver<S>& solver_;
     const SolveRequest& request_;
     bool settles_;
-    bool isAsked_;
     double maxWork_;
     Gatherer<S> gatherer_;
 };
