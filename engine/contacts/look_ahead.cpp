@@ -7,6 +7,11 @@
 namespace cairn {
 namespace {
 
+// Times surprise(), how deep bodies must be headed for to be asked. Piles of 2000 mixed bodies and of 1280 hulls have
+// 365 and 227 pairs deeper than 5 cm in a run at 1, and 247 and 407 at 2.5, which costs a third of it; without a look
+// 1014 and 1054.
+constexpr double worthALook = 2.5;
+
 // m: how far the points that matter of the smaller body go against the other one in dt.
 template <class S>
 double displacement(const Body<S>& a, const Body<S>& b, S dt) {
@@ -25,7 +30,7 @@ bool mayMeet(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, S 
     const bool isOfGround = a.isDynamic() != b.isDynamic();
     const Body<S>& mover = a.isDynamic() ? a : b;
     const S enough = isOfGround ? surprise(mover, mover) : surprise(a, b);
-    return distance > static_cast<double>(enough) &&
+    return distance > worthALook * static_cast<double>(enough) &&
            !(pair.manifolds.empty() && distance <= pair.apart);
 }
 
@@ -50,7 +55,7 @@ bool staysOut(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, c
     }
     const ContactManifold<S>& manifold = pair.manifolds[0];
     const auto overlap = [&](const Vec3d& normal) { return projectedOverlap(shapesA[0], shapesB[0], aFromB, normal); };
-    const double deep = static_cast<double>(surprise(a, b));
+    const double deep = worthALook * static_cast<double>(surprise(a, b));
     return overlap(manifold.normal) <= deep || overlap(turned(aFromB.rotation, manifold.normalInB)) <= deep;
 }
 

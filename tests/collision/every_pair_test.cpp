@@ -97,6 +97,9 @@ TEST_P(EveryPair, AgreesWithASearchOverDirections) {
             const Manifold& m = found[0];
             const Vec3d n = swap ? Vec3d(-(pose.rotation * m.normal)) : m.normal;
             const double along = overlapAlong(a, b, pose, n);
+            if (isConvex(a.kind) && isConvex(b.kind)) {
+                EXPECT_NEAR(projectedOverlap(a, b, pose, n), along, 1e-9);
+            }
             double deepest = 1;
             for (int k = 0; k < m.count; ++k) {
                 const ContactPoint& p = m.points[static_cast<std::size_t>(k)];

@@ -101,7 +101,7 @@ void SparseFactor::setZero(const std::vector<int>& rows) {
         active_ = rows;
         layOut();
     }
-    std::fill(matrix_.begin(), matrix_.end(), 0.0);
+    matrix_.assign(matrixSize_, 0.0);
     isNew_.assign(supernodes_.size(), 1);
 }
 
@@ -155,7 +155,7 @@ void SparseFactor::layOut() {
         s.lower = s.upper + s.m * s.step;
         size = s.lower + (kind_ == Kind::General ? s.m * s.step : 0);
     }
-    matrix_.resize(size + widest);
+    matrixSize_ = size + widest;
 }
 
 SparseFactor::Block SparseFactor::diagonal(int node) {

@@ -127,6 +127,7 @@ private:
     std::vector<std::size_t> rowOf_;     // of each place, its first row in its supernode
     std::vector<std::size_t> laterRow_;  // of each in later_, its first row (column) in the panels
     std::vector<std::size_t> xOf_;       // of each place, in right_
+    std::size_t matrixSize_ = 0;
     std::vector<double> matrix_;
     std::vector<double> right_;
     std::vector<double> scaled_, product_;  // scratch
