@@ -30,8 +30,7 @@ bool mayMeet(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, S 
     const bool isOfGround = a.isDynamic() != b.isDynamic();
     const Body<S>& mover = a.isDynamic() ? a : b;
     const S enough = isOfGround ? surprise(mover, mover) : surprise(a, b);
-    return distance > worthALook * static_cast<double>(enough) &&
-           !(pair.manifolds.empty() && distance <= pair.apart);
+    return distance > worthALook * static_cast<double>(enough) && !(pair.manifolds.empty() && distance <= pair.apart);
 }
 
 template <class S>
@@ -71,9 +70,8 @@ void takeOver(const PairContacts<S>& there, PairContacts<S>& pair, const Body<S>
         foreseeManifold(pair, manifold, sideOf(a, S(0)), sideOf(b, S(0)));
         ContactManifold<S>& taken = pair.manifolds.back();
         const auto points = taken.inForce();
-        const auto end =
-            std::remove_if(points.begin(), points.end(),
-                           [&](const ContactPointState<S>& point) { return point.separation < deepest; });
+        const auto end = std::remove_if(points.begin(), points.end(),
+                                        [&](const ContactPointState<S>& point) { return point.separation < deepest; });
         taken.count = static_cast<std::uint8_t>(end - points.begin());
         taken.known = taken.count;
         if (taken.count == 0) {

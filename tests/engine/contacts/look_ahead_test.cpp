@@ -68,11 +68,10 @@ TEST(LookAhead, FindsTheFarEndOfARodThatTurnsOntoABox) {
 }
 
 TEST(LookAhead, FindsNothingOfWhatGoesTooSlowlyOrAway) {
-    Two slow({.shapes = {box(Vec3d::Constant(0.5))}},
-             {.shapes = {box(Vec3d::Constant(0.3))},
-              .position = {0, 0.802, 0},
-              .linearVelocity = {0, -1, 0},
-              .angularVelocity = {0, 0, 1}});
+    Two slow({.shapes = {box(Vec3d::Constant(0.5))}}, {.shapes = {box(Vec3d::Constant(0.3))},
+                                                       .position = {0, 0.802, 0},
+                                                       .linearVelocity = {0, -1, 0},
+                                                       .angularVelocity = {0, 0, 1}});
     EXPECT_EQ(slow.foreseen().size(), 0U);
     BodyDef leaving = turningRod(-24);
     leaving.linearVelocity = -leaving.linearVelocity;
@@ -82,11 +81,10 @@ TEST(LookAhead, FindsNothingOfWhatGoesTooSlowlyOrAway) {
 
 // At the end of the step it would be beyond the middle, whence the other side is nearer: that must not draw it through.
 TEST(LookAhead, DrawsNothingThroughAPlate) {
-    Two two({.shapes = {box({2, 0.1, 2})}},
-            {.shapes = {box(Vec3d::Constant(0.2))},
-             .position = {0, 0.302, 0},
-             .linearVelocity = {0, -24, 0},
-             .angularVelocity = {0, 0, 3}});
+    Two two({.shapes = {box({2, 0.1, 2})}}, {.shapes = {box(Vec3d::Constant(0.2))},
+                                             .position = {0, 0.302, 0},
+                                             .linearVelocity = {0, -24, 0},
+                                             .angularVelocity = {0, 0, 3}});
     for (const ContactPointState<double>& point : two.foreseen()) {
         EXPECT_GE(point.separation, 0.0);
     }
