@@ -10,8 +10,6 @@
 namespace cairn {
 namespace {
 
-constexpr double dt = 1.0 / 60;
-
 // Two bodies and what is known of their contacts, 5 mm ahead.
 class Two {
 public:
@@ -21,11 +19,11 @@ public:
         contacts_.update({{0, 1}}, bodies_, {.margin = 0.005}, *jobs_);
         known_ = pair().manifolds.size();
     }
-    // m, of the points that a look ahead finds.
+    // The points that a look ahead finds.
     std::vector<ContactPointState<double>> foreseen() {
         NarrowCounts counts;
         const std::array<std::uint32_t, 1> pairs{0};
-        foreseeContacts<double>(contacts_, pairs, bodies_, dt, NarrowPhase::Auto, *jobs_, counts);
+        foreseeContacts<double>(contacts_, pairs, bodies_, 1.0 / 60, NarrowPhase::Auto, *jobs_, counts);
         std::vector<ContactPointState<double>> points;
         for (std::size_t m = known_; m < pair().manifolds.size(); ++m) {
             for (const ContactPointState<double>& point : pair().manifolds[m].inForce()) {
@@ -116,7 +114,7 @@ TEST(LookAhead, HeapsGetLessDeep) {
                        .rotation = Quatd(Eigen::AngleAxisd(turn.norm(), turn.normalized()))});
         }
         for (int step = 0; step < 150; ++step) {
-            world.step(dt);
+            world.step(1.0 / 60);
             for (const ContactView& contact : world.contacts()) {
                 deep += contact.separation < -0.05 ? 1 : 0;
             }
