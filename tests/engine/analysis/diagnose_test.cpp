@@ -1,10 +1,9 @@
 // What a world foretells of itself: predicted sweeps against those that a step needs, and findings with their figures.
 #include "tests/engine/engine_kit.hpp"
+#include "tests/engine/sixtieth.hpp"
 
 namespace cairn {
 namespace {
-
-constexpr double dt = 1.0 / 60;
 
 struct Trial {
     int kind;  // tower, alternating tower, hanging chain, wall

@@ -1,11 +1,10 @@
 // What a step says of its own error, against formulas by hand; and that tolerance and budget are obeyed.
 #include "engine/solve/budget.hpp"
 #include "tests/engine/engine_kit.hpp"
+#include "tests/engine/sixtieth.hpp"
 
 namespace cairn {
 namespace {
-
-constexpr double dt = 1.0 / 60;
 
 template <class S>
 void addTower(World<S>& world, int n, const Vec3d& foot = Vec3d::Zero(), double tolerance = 0) {

@@ -1,5 +1,6 @@
 // How many sub-steps auto takes of what swings by joints alone: as many as its turning asks for.
 #include "tests/engine/engine_kit.hpp"
+#include "tests/engine/sixtieth.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +9,6 @@
 namespace cairn {
 namespace {
 
-constexpr double dt = 1.0 / 60;
 constexpr int side = 8;
 
 // Knots of 1 kg, .5 m apart, pinned to their neighbours halfway, hung by two corners and let go flat.

@@ -1,13 +1,12 @@
 // Worlds whose bodies come and go: what leaves takes along all that was kept of it, and nothing else.
 #include "tests/engine/engine_kit.hpp"
+#include "tests/engine/sixtieth.hpp"
 
 #include <algorithm>
 #include <set>
 
 namespace cairn {
 namespace {
-
-constexpr double dt = 1.0 / 60;
 
 // All that a world tells of contacts and joints is about bodies that are in it.
 template <class S>

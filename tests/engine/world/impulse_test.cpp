@@ -1,12 +1,11 @@
 // What contacts and joints say they gave, in N s over the whole step, against mechanics.
 #include "tests/engine/engine_kit.hpp"
+#include "tests/engine/sixtieth.hpp"
 
 #include <gtest/gtest.h>
 
 namespace cairn {
 namespace {
-
-constexpr double dt = 1.0 / 60;
 
 // N s, upward, that contacts gave a body in the last step.
 double impulseOn(const Worldd& world, BodyId body) {

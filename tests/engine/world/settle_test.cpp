@@ -1,12 +1,11 @@
 // An island in which nothing changes is not solved again; whatever changes something sets it going.
 #include "tests/engine/engine_kit.hpp"
+#include "tests/engine/sixtieth.hpp"
 
 #include <gtest/gtest.h>
 
 namespace cairn {
 namespace {
-
-constexpr double dt = 1.0 / 60;
 
 WorldDef awakeForEver() {
     return {.sleep = {.enabled = false}};
