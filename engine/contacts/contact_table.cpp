@@ -172,9 +172,9 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
             return;
         }
         if (!last || last->body != &a) {
-            last.emplace(PairSide<S>{&a, a.pose, a.v, a.w});
+            last.emplace(presentSide(a));
         }
-        const PlacedSide<S> other(PairSide<S>{&b, b.pose, b.v, b.w});
+        const PlacedSide<S> other(presentSide(b));
         const bool anew = collidePair<S>(pair, *last, other, speculative, counts);
         if (anew) {
             pair.roamed = roaming_[pair.pair.a].way + roaming_[pair.pair.b].way;
@@ -229,10 +229,7 @@ void ContactTable<S>::cull(const BodyTable<S>& bodies, JobSystem& jobs) {
     for (const GroundPair<S>& pair : ground_) {
         isToCull_[pair.mover] = 0;
     }
-    const auto side = [&](std::uint32_t body) {
-        const Body<S>& b = bodies[body];
-        return PairSide<S>{&b, b.pose, b.v, b.w};
-    };
+    const auto side = [&](std::uint32_t body) { return presentSide(bodies[body]); };
     cullInternalEdges<S>(ground_, side, jobs);
 }
 

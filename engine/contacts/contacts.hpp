@@ -194,6 +194,12 @@ struct PairSide {
     }
 };
 
+// Where it stands.
+template <class S>
+PairSide<S> presentSide(const Body<S>& body) {
+    return {&body, body.pose, body.v, body.w};
+}
+
 // The same with what each of its pairs asks of it.
 template <class S>
 struct PlacedSide : PairSide<S> {

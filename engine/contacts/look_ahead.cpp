@@ -1,8 +1,7 @@
 #include "engine/contacts/look_ahead.hpp"
 
+#include "base/parallel.hpp"
 #include "engine/contacts/internal_edges.hpp"
-
-#include <algorithm>
 
 namespace cairn {
 namespace {
@@ -33,13 +32,12 @@ bool mayMeet(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b, S 
     return distance > worthALook * static_cast<double>(enough) && !(pair.manifolds.empty() && distance <= pair.apart);
 }
 
+// Where its own motion leads in dt.
 template <class S>
-PairSide<S> sideOf(const Body<S>& body, S dt) {
-    PairSide<S> side{&body, body.pose, body.v, body.w};
-    if (dt > S(0)) {
-        side.pose.position += dt * body.v;
-        side.pose.rotation = rotated<S>(body.pose.rotation, dt * body.w);
-    }
+PairSide<S> sideAfter(const Body<S>& body, S dt) {
+    PairSide<S> side = presentSide(body);
+    side.pose.position += dt * body.v;
+    side.pose.rotation = rotated<S>(body.pose.rotation, dt * body.w);
     return side;
 }
 
@@ -67,7 +65,7 @@ void takeOver(const PairContacts<S>& there, PairContacts<S>& pair, const Body<S>
         if (!isSurprise(pair, manifold, a, b)) {
             continue;
         }
-        foreseeManifold(pair, manifold, sideOf(a, S(0)), sideOf(b, S(0)));
+        foreseeManifold(pair, manifold, presentSide(a), presentSide(b));
         ContactManifold<S>& taken = pair.manifolds.back();
         const auto points = taken.inForce();
         const auto end = std::remove_if(points.begin(), points.end(),
@@ -96,7 +94,7 @@ void foreseeContacts(ContactTable<S>& contacts, std::span<const std::uint32_t> p
     std::vector<PairContacts<S>>& found = foundRoom;
     std::vector<NarrowCounts>& countsOf = countsRoom;
     constexpr std::size_t grain = 64;
-    const auto there = [&](std::uint32_t body) { return sideOf(bodies[body], dt); };
+    const auto there = [&](std::uint32_t body) { return sideAfter(bodies[body], dt); };
     isAsked.resize(pairs.size());
     parallelFor(jobs, pairs.size(), grain, [&](std::size_t k) {
         const PairContacts<S>& pair = contacts.pairs()[pairs[k]];
