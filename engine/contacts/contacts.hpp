@@ -23,6 +23,7 @@ struct ContactPointState {
     S separation = 0;                    // m, where the bodies were last looked at
     S error = 0;                         // m, StepError::position of this point, after the last step
     S normalForce = 0;                   // N
+    S preload = 0;                       // N, startOfSpring() says of what
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes: survives a turn of the tangent basis
     // N s over the step, all its sub-steps and impacts: on b, world axes; and of it along the normal.
     Vec3<S> impulse = Vec3<S>::Zero();

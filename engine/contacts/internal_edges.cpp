@@ -325,6 +325,7 @@ private:
                      k < static_cast<std::size_t>(manifold.known); ++k) {
                     lose(pair, manifold, k);
                     manifold.points[k].normalForce = S(0);
+                    manifold.points[k].preload = S(0);
                     manifold.points[k].friction.setZero();
                     manifold.setSlip(manifold.points[k], Vec3<S>::Zero());
                 }
@@ -351,6 +352,7 @@ private:
                 if (best != nullptr) {
                     const S sign = best->sign * (manifold.pair->groundIsB ? S(-1) : S(1));
                     state.normalForce = best->state.normalForce;
+                    state.preload = best->state.preload;
                     state.friction = sign * best->state.friction;
                     manifold.contacts->setSlip(state, sign * best->slip);
                     best->taken = true;

@@ -19,6 +19,7 @@ struct ProblemPoint {
     S normalForce = 0;                   // N, of the last solve, as the next one
     Vec3<S> friction = Vec3<S>::Zero();  // N, on b, world axes
     S error = 0;                         // m, StepError::position of this point
+    S preload = 0;                       // N, startOfSpring() says of what
 };
 
 // Where it lies: as ContactGeometry's of that name.

@@ -31,11 +31,13 @@ struct SolveReport {
     bool unconverged = false;
     // Refused: shorter sub-steps are needed. Nothing has changed but the bodies, which must be put back.
     bool tooLong = false;
-    bool newtonFailed = false;    // direct: the contact problem was not solved within the cap of iterations
-    double residual = 0;          // m/s, worst row of the natural map, where computed
-    double energyGained = 0;      // J; infinite: something is not finite any more
-    double energyChange = 0;      // J, the same with what was lost, by friction and impacts too, taken off
-    double energyInPlay = 0;      // J, against which that is judged
+    bool newtonFailed = false;  // direct: the contact problem was not solved within the cap of iterations
+    bool gapes = false;       // direct, at rest: contacts count as shut that are open or deep by DirectTuning::wideSlop
+    bool isPinned = false;    // hybrid: each joint holds a point rigidly and nothing else, and all by one factor
+    double residual = 0;      // m/s, worst row of the natural map, where computed
+    double energyGained = 0;  // J; infinite: something is not finite any more
+    double energyChange = 0;  // J, the same with what was lost, by friction and impacts too, taken off
+    double energyInPlay = 0;  // J, against which that is judged
     double momentumDefect = 0;    // N s
     double forces = 0;            // N, on all bodies, of the last sub-step
     double residualMomentum = 0;  // sqrt(J), of the worst sub-step

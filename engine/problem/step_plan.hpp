@@ -8,9 +8,12 @@ namespace cairn {
 
 // What the controller (step_controller.hpp) keeps of an island from step to step.
 struct ControllerState {
-    int halvings = 0;    // of the sub-step, because one was refused
-    int backoff = 0;     // auto: steps that sweeps take over for when `direct` fails, or its factor is too dear
-    int sweepSteps = 0;  // auto: of those, still to come
+    int halvings = 0;           // of the sub-step, because one was refused
+    int backoff = 0;            // auto: steps that sweeps take over for when `direct` fails, or its factor is too dear
+    int sweepSteps = 0;         // auto: of those, still to come
+    bool failedAtRest = false;  // auto: where `direct` failed last, nothing moved
+    bool gapes = false;         // auto: SolveReport::gapes of the last exact solution
+    bool isPinned = false;      // hybrid: SolveReport::isPinned of the last step that it took
     // How far down the list of what is tried for the error asked for: what would be done if none were, with 1, 2, 4 ..
     // subdivisions of the step; then exact solutions, with as many.
     int refinement = 0;
@@ -56,6 +59,7 @@ struct StepPlan {
     bool sweepsJoints = false;  // auto: it pays for no factor over the joints
     bool rests = false;         // auto: nothing in it moves
     bool settles = false;       // it may be at rest: solved to the last digits
+    bool gapes = false;         // auto: SolveReport::gapes, from the start
     bool mayBeRefused = true;   // a sub-step of it, for a shorter one
     Guard guard = Guard::None;
     // What the step may cost with all that is done again in shorter sub-steps; beyond it they stay as long as they are.

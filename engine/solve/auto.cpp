@@ -95,8 +95,11 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     // exact solution has failed of late, as of dolls that lie in a heap, it would fail again.
     const bool mayFall = !problem.joints.empty() && problem.contacts.empty() && !state.wasResting;
     const bool isWorthAll = !moves && !mayFall && (problem.joints.empty() || state.backoff == 0);
+    // What found no exact solution in motion may have one at rest.
+    const bool isBackingOff = state.sweepSteps > 0 && (moves || !problem.joints.empty() || state.failedAtRest);
     StepPlan plan;
     plan.rests = !moves;
+    plan.gapes = state.gapes && plan.rests;
     plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
@@ -106,12 +109,12 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     // Exact solutions are taken only where they can be afforded: what they took of late, and then, since it has its
     // price to know, what a factor will. What is calm needs no iterations.
     const bool isTooDear = state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
-    plan.reason = problem.isOfCrowd      ? PlanReason::Crowded
-                  : state.sweepSteps > 0 ? PlanReason::BackingOff
-                  : isTooDear            ? PlanReason::TooDear
-                                         : PlanReason::Exact;
+    plan.reason = problem.isOfCrowd ? PlanReason::Crowded
+                  : isBackingOff    ? PlanReason::BackingOff
+                  : isTooDear       ? PlanReason::TooDear
+                                    : PlanReason::Exact;
     if (!plan.sweeps()) {
-        chooseByFactor(problem, state.isCalm() ? plan.maxWork : maxWork, plan);
+        chooseByFactor(problem, state.isCalm() ? plan.maxWork : maxWork, state.backoff > 0, plan);
     }
     if (!plan.sweeps()) {
         plan.substeps = direct_->plan(problem, state, dt).substeps;
@@ -149,10 +152,10 @@ typename Auto<S>::Sweeper Auto<S>::sweeper(const Problem<S>& problem, const Step
 }
 
 template <class S>
-void Auto<S>::chooseByFactor(Problem<S>& problem, double maxWork, StepPlan& plan) const {
+void Auto<S>::chooseByFactor(Problem<S>& problem, double maxWork, bool hasFailed, StepPlan& plan) const {
     const double bound = settings_.def.directWork > 0 ? settings_.def.directWork : defaultDirectWork;
     const auto cost = direct_->predictCost(problem);
-    plan.iterationCap = std::max(plan.activeSetChanging ? minIterations : minIterationsAtRest,
+    plan.iterationCap = std::max(plan.activeSetChanging || hasFailed ? minIterations : minIterationsAtRest,
                                  static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
     if (cost.step > std::max(bound, sweptRow * cost.rows)) {
         plan.reason = PlanReason::TooLarge;

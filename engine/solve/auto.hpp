@@ -20,8 +20,9 @@ public:
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override;
 
 private:
-    // Leaves what its factor is too large or too dear for to the sweeps.
-    void chooseByFactor(Problem<S>& problem, double maxWork, StepPlan& plan) const;
+    // Leaves what its factor is too large or too dear for to the sweeps. hasFailed: the last exact solution was not
+    // found.
+    void chooseByFactor(Problem<S>& problem, double maxWork, bool hasFailed, StepPlan& plan) const;
 
     SolverSettings settings_;
     std::unique_ptr<Direct<S>> direct_;

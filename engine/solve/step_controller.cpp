@@ -73,13 +73,17 @@ StepPlan StepController<S>::plan(S dt) {
     state_.wasResting = plan.rests;
     state_.sweepSteps = std::max(0, state_.sweepSteps - 1);
     if (plan.isFactorRefused) {
-        backOff();
+        backOff(plan);
     }
     return plan;
 }
 
 template <class S>
-void StepController<S>::backOff() {
+void StepController<S>::backOff(const StepPlan& plan) {
+    if (plan.rests && !state_.failedAtRest) {
+        state_.backoff = 0;
+    }
+    state_.failedAtRest = plan.rests;
     state_.backoff = std::clamp(2 * state_.backoff, 1, longestBackoff);
     state_.sweepSteps = state_.backoff;
 }
@@ -90,6 +94,7 @@ bool StepController<S>::learn(const SolveReport& report) {
     if (!plan.mayRestart()) {
         return true;
     }
+    state_.gapes = report.gapes;
     state_.directWork = std::max(state_.directWork, (report.truncated ? leftUndone : 1) * report.work);
     if (!report.tooLong) {
         state_.backoff /= 2;
@@ -102,7 +107,7 @@ bool StepController<S>::learn(const SolveReport& report) {
     if (problem_.limits.mayRefuse && !report.truncated && (!report.newtonFailed || plan.mayHalveOnFailure)) {
         return true;
     }
-    backOff();
+    backOff(plan);
     return false;
 }
 
@@ -182,6 +187,7 @@ void StepController<S>::take(Course& course, const SolveReport& one, double maxW
     if (!plan.sweeps()) {
         return;
     }
+    state_.isPinned = one.isPinned;
     if (!plan.sweepsJoints) {
         state_.sweptVisits = one.work / std::max(1.0, problem_.expectedRows());
     }

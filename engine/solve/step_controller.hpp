@@ -87,8 +87,8 @@ private:
     // One subdivision; gives the length of its last sub-step.
     S subdivision(S dt, double maxWork, Solution& solution);
     StepPlan plan(S dt);
-    // Sweeps have the next 1, 2, 4 .. 128 steps.
-    void backOff();
+    // Sweeps have the next 1, 2, 4 .. 128 steps, counted anew once it rests.
+    void backOff(const StepPlan& plan);
     // What an attempt of an exact solution teaches, and whether the refused one is worth shorter sub-steps.
     bool learn(const SolveReport& report);
     bool isAsked() const;

@@ -18,7 +18,6 @@ template <class S>
 struct HybridMemory {
     JointSolve<S> joints;
     bool isExact = false;
-    bool isPinned = false;  // each joint holds a point rigidly, and nothing else
 };
 
 namespace {
@@ -71,11 +70,15 @@ public:
         : ImpulseSolver<S>(stiff(settings), ContactForm::Compact, mostSubsteps, 4),
           mayTakeFewer_(mayTakeFewer && settings.def.substeps == 0) {}
 
+    SolveReport advance(Problem<S>& problem, S h) override {
+        SolveReport report = ImpulseSolver<S>::advance(problem, h);
+        report.isPinned = !problem.rows.empty() && problem.memory.hybrid->isExact && isPinned(problem);
+        return report;
+    }
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
         StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
         if (!problem.joints.empty()) {
-            const auto& memory = problem.memory.hybrid;
-            if (mayTakeFewer_ && memory && memory->isPinned && problem.contacts.empty()) {
+            if (mayTakeFewer_ && state.isPinned && problem.contacts.empty()) {
                 const S wanted = std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>);
                 plan.substeps = static_cast<int>(std::ceil(std::clamp(wanted, S(1), S(mostSubsteps))));
             }
@@ -105,7 +108,6 @@ private:
         if (memory.isExact) {
             problem.respond();
         }
-        memory.isPinned = memory.isExact && isPinned(problem);
         const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
         const S time = std::max(h, static_cast<S>(problem.limits.closingTime));
         system.joints().pushOut(problem, memory.isExact

@@ -312,7 +312,6 @@ void beginTerms(const ContactLanesView<S>& view, std::size_t begin, std::size_t 
             const Frame<D> frame(d, pack, lane);
             const Vector<D>* const directions[3] = {&frame.normal, &frame.tangent1, &frame.tangent2};
             const Vector<D> apart = load(d, pack.apart, lane);
-            const auto zero = hn::Zero(d);
             const auto warmStart = hn::Set(d, rule.warmStart);
             for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
                 const Vector<D> armB = load(d, point->armB, lane);
@@ -324,14 +323,21 @@ void beginTerms(const ContactLanesView<S>& view, std::size_t begin, std::size_t 
                         hn::Add(hn::Add(hn::Add(a.inverse, b.inverse), dot<D>(ra, a.spin(ra))), dot<D>(rb, b.spin(rb))),
                         d, point->delassus[t] + lane);
                 }
+                const auto soft = hn::Div(hn::Load(d, point->delassus[0] + lane), hn::Set(d, rule.stiffness));
                 const auto C = hn::Load(d, point->C + lane);
-                const auto isOpen = hn::Lt(zero, C);
+                auto start = hn::Load(d, point->start + lane);
+                if (rule.isFirst) {
+                    const auto perPreload = hn::Mul(soft, hn::Set(d, rule.h / rule.rate));
+                    start = hn::Min(hn::Set(d, rule.mostStart), hn::Mul(perPreload, start));
+                    hn::Store(start, d, point->start + lane);
+                }
+                const auto isOpen = hn::Lt(start, C);
                 const auto shut = hn::Mul(hn::Set(d, rule.rate), C);
                 const auto slowest = hn::Set(d, -rule.maxSpeed);
-                const auto bias = hn::IfThenElse(isOpen, hn::Div(C, hn::Set(d, rule.h)),
-                                                 hn::IfThenElse(hn::Lt(shut, slowest), slowest, shut));
+                const auto pushing = hn::Sub(hn::IfThenElse(hn::Lt(shut, slowest), slowest, shut),
+                                             hn::Mul(hn::Set(d, rule.rate), start));
+                const auto bias = hn::IfThenElse(isOpen, hn::Div(hn::Sub(C, start), hn::Set(d, rule.h)), pushing);
                 hn::Store(bias, d, point->bias + lane);
-                const auto soft = hn::Div(hn::Load(d, point->delassus[0] + lane), hn::Set(d, rule.stiffness));
                 hn::Store(hn::IfThenZeroElse(isOpen, soft), d, point->softness + lane);
                 store(d, scaled<D>(warmStart, load(d, point->impulse, lane)), point->impulse, lane);
             }
@@ -445,7 +451,7 @@ void relax(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, 
             for (PointPack<S>* const last = point + pack.count; point < last; ++point) {
                 const Vector<D> armB = load(d, point->armB, lane);
                 const Vector<D> armA = apart + armB;
-                const auto C = hn::Load(d, point->C + lane);
+                const auto C = hn::Sub(hn::Load(d, point->C + lane), hn::Load(d, point->start + lane));
                 const auto isIdle = hn::And(hn::Lt(zero, C), hn::Eq(hn::Load(d, point->impulse[0] + lane), zero));
                 const auto ahead = hn::Add(C, hn::Mul(step, dot<D>(normal, speed<D>(a, b, armA, armB))));
                 hn::Store(hn::IfThenElse(isIdle, hn::Set(d, std::numeric_limits<S>::infinity()),

@@ -48,6 +48,7 @@ struct alignas(64) PointPack {
     S impulse[3][width];
     S bias[width];  // infinite: the point is open, and left alone
     S softness[width];
+    S start[width];  // m, startOfSpring(), of the first sub-step, before whose begin() it is the preload, N
 };
 
 // Where the forces of a contact act on b: contactArms().
@@ -95,7 +96,9 @@ struct ContactLanesView {
 template <class S>
 struct ContactTermRule {
     S rate, stiffness, maxSpeed, h;
-    S warmStart;  // share of the impulses to start from
+    S warmStart;   // share of the impulses to start from
+    bool isFirst;  // sub-step of the step
+    S mostStart;   // m, of PointPack::start
 };
 
 // Each over packs [begin, end).

@@ -116,6 +116,12 @@ bool isSingle(const Problem<S>& problem) {
            1;
 }
 
+// Whether it rests without joints, and sweeps may have it.
+template <class S>
+bool isLeftToRest(const Problem<S>& problem) {
+    return problem.plan.mayRestart() && problem.plan.rests && problem.joints.empty();
+}
+
 // The base tolerance holds for what rests; what moves is solved to a share of its speed.
 template <class S>
 NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settings, double work) {
@@ -146,6 +152,9 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     options.maxIterations = settings.def.iterations > 0 ? settings.def.iterations : Tuning::maxIterations;
     if (problem.plan.iterationCap > 0) {
         options.maxIterations = std::min(options.maxIterations, problem.plan.iterationCap);
+    }
+    if (isLeftToRest(problem)) {
+        options.enough = Tuning::enoughAtRest;
     }
     if (problem.plan.settles) {
         // A step goes as far as it would at any time.
@@ -336,13 +345,27 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
     newton.prepare(wide, settings_.def.linearSolver);
-    fillSystem(wide, newton, settings_, Tuning::contactSlop<S>,
-               jointsAlone ? Tuning::slowSpeed : Tuning::smallError / hWide, hWide);
+    const auto fill = [&](double slop) {
+        fillSystem(wide, newton, settings_, slop, jointsAlone ? Tuning::slowSpeed : Tuning::smallError / hWide, hWide);
+    };
     NewtonOptions options = optionsFor(problem, settings_, newton.work());
     const int affordable = std::max(Tuning::minIterations, affordableIterations(problem, newton, report.work));
     const bool isBounded = affordable < options.maxIterations;
     options.maxIterations = std::min(options.maxIterations, affordable);
+    const int iterations = options.maxIterations;
+    const bool mayGape = isLeftToRest(problem) && !problem.plan.settles;
+    report.gapes = problem.plan.gapes && problem.joints.empty();
+    if (mayGape && !report.gapes) {
+        options.maxIterations = std::min(iterations, Tuning::tightIterations);
+    }
+    fill(report.gapes ? Tuning::wideSlop : Tuning::contactSlop<S>);
     NewtonReport solved = solve(newton, wide, options, report);
+    if (!solved.converged && solved.iterations < iterations && mayGape && !report.gapes) {
+        report.gapes = true;
+        options.maxIterations = iterations - solved.iterations;
+        fill(Tuning::wideSlop);
+        solved = solve(newton, wide, options, report);
+    }
     // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well,
     // as long as they are not off by much.

@@ -16,6 +16,13 @@ struct DirectTuning {
     // are a micrometre.
     template <class S>
     static constexpr double contactSlop = std::is_same_v<S, double> ? 1e-6 : 1e-5;
+    // m, the same at rest where that has no answer within so many iterations: a stack that was struck comes to rest
+    // with joints between its blocks that gape by micrometres, each of which would open or shut some contact.
+    static constexpr double wideSlop = smallError;
+    static constexpr int tightIterations = 16;
+    // m/s, residual that is taken at rest when the iterations run out. The next step goes on from there, and sweeps
+    // leave a hundred times as much.
+    static constexpr double enoughAtRest = 1e-4;
     // Passes of the projection, each about the poses that the last one left.
     static constexpr int projectionPasses = 3;
     // Share of the last pass's error above which there is no other pass: rows that contradict each other do not get

@@ -403,6 +403,8 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
     std::vector<S> settled;  // impulses of the last correction that was solved
+    std::vector<S> centred;  // and of the last centre, with their residual
+    double centredResidual = std::numeric_limits<double>::infinity();
     double residualBefore = std::numeric_limits<double>::infinity();
     int deSaxceUpdates = 0;
     while (report.iterations < options.maxIterations) {
@@ -412,6 +414,8 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
             const std::vector<Vec6<S>> newton = system.v;
             momentumVelocity(problem);
             report.residual = residual(problem);
+            centred = system.p;
+            centredResidual = report.residual;
             if (report.residual <= target) {
                 report.converged = true;
                 if (deSaxceUpdates >= options.maxDeSaxceUpdates ||
@@ -443,6 +447,12 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     evaluate(problem, system.p, g);
     momentumVelocity(problem);
     report.residual = residual(problem);
+    if (centredResidual < report.residual) {
+        // Half-way to the next centre nothing balances yet.
+        system.p = centred;
+        momentumVelocity(problem);
+        report.residual = centredResidual;
+    }
     report.converged = report.residual <= options.enough;
     return report;
 }

@@ -63,7 +63,10 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
     const bool inLanes = ContactLanes<S>::areFor(problem);
     if (inLanes) {
         static_assert(sizeof(BodyMass<S>) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
-        lanes_.begin(problem, {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart}, &masses_.front().inverse);
+        lanes_.begin(problem,
+                     {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart, problem.limits.isFirst,
+                      mostStartOfSpring<S>},
+                     &masses_.front().inverse);
     } else {
         sweeps_.resize(problem.contactRows.size());
         problem.forEach(problem.contacts.size(),
@@ -97,8 +100,14 @@ void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const Pu
             point.delassus[t] = inverse + point.armA.cross(along).dot(turns.a) + point.armB.cross(along).dot(turns.b);
         }
         point.isIdle = false;
-        const bool isOpen = point.C > S(0);
-        point.bias = isOpen ? point.C / h : std::max(spring.rate * point.C, -spring.maxSpeed);
+        if (problem.limits.isFirst) {
+            sweeps_[i].start = startOfSpring(spring, point.delassus[0], problem.points[i].preload, h);
+            limitPreload(sweeps_[i].start, problem.points[i]);
+        }
+        const S start = sweeps_[i].start;
+        const bool isOpen = point.C > start;
+        point.bias =
+            isOpen ? (point.C - start) / h : std::max(spring.rate * point.C, -spring.maxSpeed) - spring.rate * start;
         point.softness = isOpen ? S(0) : point.delassus[0] / spring.stiffness;
         readScales(contact, point, sweeps_[i]);
     }
@@ -134,10 +143,12 @@ void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
         const Vec6<S>& va = rows_.v[static_cast<std::size_t>(contact.a)];
         const Vec6<S>& vb = rows_.v[static_cast<std::size_t>(contact.b)];
         ContactRows<S>* point = firstPoint(problem, contact);
-        for (int k = 0; k < contact.count; ++k, ++point) {
-            point->isIdle = point->C > S(0) && point->impulse[0] == S(0);
+        const PointSweep* sweep = sweeps_.data() + contact.firstPoint;
+        for (int k = 0; k < contact.count; ++k, ++point, ++sweep) {
+            const S gap = point->C - sweep->start;
+            point->isIdle = gap > S(0) && point->impulse[0] == S(0);
             point->softness = S(0);
-            point->bias = std::max(S(0), point->C + h * problem.frames[c].normal.dot(pointSpeed(*point, va, vb))) / h;
+            point->bias = std::max(S(0), gap + h * problem.frames[c].normal.dot(pointSpeed(*point, va, vb))) / h;
         }
     });
 }

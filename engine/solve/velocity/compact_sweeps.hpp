@@ -53,6 +53,7 @@ private:
     struct PointSweep {
         std::array<UnitTurns<S>, 3> turns;
         std::array<S, 3> scale;  // kg, of the step that a row takes against its speed
+        S start;                 // m, startOfSpring(), of the first sub-step
     };
     void readTurns(const ProblemContact<S>& contact, const ContactFrame<S>& frame, const ContactRows<S>& point,
                    PointSweep& sweep) const;

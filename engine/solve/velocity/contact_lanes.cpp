@@ -1,4 +1,5 @@
 #include "engine/solve/velocity/contact_lanes.hpp"
+#include "engine/solve/velocity/row_sweeps.hpp"
 #include "base/resize.hpp"
 #include "engine/problem/row_terms.hpp"
 
@@ -162,6 +163,7 @@ void ContactLanes<S>::fill(const Problem<S>& problem, std::size_t n) {
             Row& row = points_[pack.firstRow + k];
             put<S>(row.impulse, lane, Vec3<S>::Zero());
             row.friction[lane] = contact.friction;
+            row.start[lane] = S(0);
         }
     }
 }
@@ -251,25 +253,33 @@ PointGiven<S> ContactLanes<S>::givenBy(std::size_t contact, std::size_t point) c
 }
 
 template <class S>
-void ContactLanes<S>::begin(const Problem<S>& problem, ContactTermRule<S> rule, const S* masses) {
+void ContactLanes<S>::begin(Problem<S>& problem, ContactTermRule<S> rule, const S* masses) {
     masses_ = masses;
-    if (rubsAnew_ || problem.limits.isFirst) {
+    if (rubsAnew_ || rule.isFirst) {
         forPoints(problem, [&](const Pack& pack, std::size_t lane, std::size_t point, std::size_t row) {
             ContactRows<S> rows = rowAt(row, lane, get(pack.apart, lane));
             startPoint(problem, problem.contacts[pack.contact[lane]], frameAt(pack, lane), point, rule.warmStart,
                        rule.h, rows);
             points_[row].friction[lane] = rows.friction;
-            for (std::size_t t = 0; t < 3 && problem.limits.isFirst; ++t) {
+            if (rule.isFirst) {
+                points_[row].start[lane] = problem.points[point].preload;
+            }
+            for (std::size_t t = 0; t < 3 && rule.isFirst; ++t) {
                 points_[row].impulse[t][lane] = rows.impulse[t];
             }
         });
     }
-    if (problem.limits.isFirst) {
+    if (rule.isFirst) {
         rule.warmStart = S(1);
     }
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
         kernels.begin(view(problem, nullptr), begin, end, rule);
     });
+    if (rule.isFirst) {
+        forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t point, std::size_t row) {
+            limitPreload(points_[row].start[lane], problem.points[point]);
+        });
+    }
 }
 
 template <class S>

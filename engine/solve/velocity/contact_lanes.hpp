@@ -15,7 +15,7 @@ public:
     // Frames, arms and C where the bodies are now.
     void place(Problem<S>& problem);
     // `masses` as ContactLanesView's, which are kept.
-    void begin(const Problem<S>& problem, ContactTermRule<S> rule, const S* masses);
+    void begin(Problem<S>& problem, ContactTermRule<S> rule, const S* masses);
     // `twists`: six a body, here and below.
     void relax(const Problem<S>& problem, S* twists, S h);
     // Pushes the bodies by all impulses. Gives slope + p^T (J v + b) for the twists before.

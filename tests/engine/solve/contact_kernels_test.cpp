@@ -81,6 +81,7 @@ struct Packs {
         for (std::size_t k = 0; k < 4; ++k) {
             PointPack<S>& row = rows[pack.firstRow + k];
             row.friction[lane] = static_cast<S>(random.uniform(0, 0.6));
+            row.start[lane] = static_cast<S>(random.uniform(0, 2000));
             if (k < pack.points[lane]) {
                 put(row.impulse, lane, 0.1 * random.vector(1) + 0.5 * Vec3d::UnitX());
             }
@@ -99,7 +100,7 @@ struct Packs {
         const ContactLanesView<S> view{packs.data(),  rows.data(),       frames.data(), given.data(), places.data(),
                                        rounds.data(), placements.data(), twists.data(), masses.data()};
         kernels.place(view, 0, count);
-        kernels.begin(view, 0, count, {S(10), S(20), S(3), S(0.01), S(0.9)});
+        kernels.begin(view, 0, count, {S(10), S(20), S(3), S(0.01), S(0.9), true, S(0.2)});
         kernels.push(view, 0, count, before.data(), work.data());
         all.insert(all.end(), work.begin(), work.end());
         for (int k = 0; k < 4; ++k) {
@@ -200,6 +201,7 @@ HandMadeIsland wall(TestRandom& random, bool sticks) {
             problem.placePoint(contact, k, geometry);
             ProblemPoint<double>& point = problem.points.emplace_back();
             point.normalForce = random.uniform(0, 3);
+            point.preload = random.uniform(0, 20);
             point.friction = random.vector(0.5);
         }
     };
