@@ -98,9 +98,16 @@ void sleepers(Filler& world, int n) {
     addFallingBall(world);
 }
 
+// What rests is disturbed: half a kilogram falls from five metres onto the box on top.
+void struck(Filler& world, int rows) {
+    pyramid(world, rows);
+    world.add({.shapes = {sphere(0.5)}, .position = Vec3d(0, rows + 5.5, 0), .mass = 0.5});
+}
+
 constexpr Scene sceneTable[] = {
     {"grid", grid, 10000, 60, false, "boxes, each alone on the floor, awake"},
     {"pyramid", pyramid, 100, 100, false, "rows of boxes at rest"},
+    {"struck", struck, 30, 400, false, "rows of boxes at rest, onto which a light ball falls"},
     {"pile", pile, 2000, 240, false, "boxes, balls and capsules let go into a bin"},
     {"dolls", dolls, 8, 180, false, "ragdolls dropped on stairs"},
     {"net", net, 6, 180, false, "knots a side, hung by two corners and let go flat"},

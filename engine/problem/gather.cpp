@@ -329,14 +329,13 @@ void Gatherer<S>::fillPoints(ProblemContact<S>& contact) {
     }
 }
 
-// After a step that was taken as planned: what an exact solution finds at rest. What a contact no longer bears it
-// forgets in some fifty steps: at once, a stack that rocks would sink where it is lifted, and lean.
+// After a step: what an exact solution finds at rest. What a contact no longer bears it forgets in some fifty steps: at
+// once, a stack that rocks would sink where it is lifted, and lean.
 template <class S>
-S preloadAfter(const ProblemPoint<S>& point, const StepPlan& plan) {
+S preloadAfter(const ProblemPoint<S>& point, bool isHeldAtRest) {
     constexpr S forgotten = S(0.02);
-    return plan.reason == PlanReason::Exact && plan.rests
-               ? point.normalForce
-               : point.preload - forgotten * std::max(S(0), point.preload - point.normalForce);
+    return isHeldAtRest ? point.normalForce
+                        : point.preload - forgotten * std::max(S(0), point.preload - point.normalForce);
 }
 
 template <class S>
@@ -350,7 +349,7 @@ void Gatherer<S>::handContactsBack() {
             point.normalForce = from.normalForce;
             point.friction = from.friction;
             point.error = from.error;
-            point.preload = preloadAfter(from, problem_.plan);
+            point.preload = preloadAfter(from, problem_.isHeldAtRest);
             if (!problem_.slips.empty()) {
                 manifold.setSlip(point, problem_.slips[i]);
             }

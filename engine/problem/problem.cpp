@@ -43,6 +43,7 @@ void Problem<S>::clear() {
     jointOrder.clear();
     jobs = nullptr;
     isDriven = false;
+    isHeldAtRest = false;
 }
 
 template <class S>

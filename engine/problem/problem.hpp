@@ -134,8 +134,9 @@ struct Problem {
 
     // By impacts of the present sub-step: what bounced turns too far in it.
     int halvingsAsked = 0;
-    bool isDriven = false;   // touches, or is joined to, a kinematic body that moves
-    bool isOfCrowd = false;  // has bodies that pass through each other (crowds.hpp): nothing is exact there
+    bool isDriven = false;      // touches, or is joined to, a kinematic body that moves
+    bool isHeldAtRest = false;  // auto: it rests, and its last step has an exact answer
+    bool isOfCrowd = false;     // has bodies that pass through each other (crowds.hpp): nothing is exact there
     StepPlan plan;
     SubstepLimits limits;
     SolverMemory<S> memory;

@@ -99,6 +99,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const bool isBackingOff = state.sweepSteps > 0 && (moves || !problem.joints.empty() || state.failedAtRest);
     StepPlan plan;
     plan.rests = !moves;
+    plan.wasSwept = state.substep > 0;
     plan.gapes = state.gapes && plan.rests;
     plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();

@@ -148,7 +148,9 @@ typename StepController<S>::Course StepController<S>::begin(S dt, int substeps, 
 template <class S>
 void StepController<S>::end(S dt, const Course& course, Solution& solution) {
     problem_.handImpulsesOn();
-    if (problem_.plan.reason != PlanReason::Exact) {
+    const bool isExact = problem_.plan.reason == PlanReason::Exact;
+    problem_.isHeldAtRest = isExact && problem_.plan.rests && !course.sum.unconverged;
+    if (!isExact) {
         state_.substep = std::max(static_cast<double>(dt) / problem_.plan.substeps, static_cast<double>(course.h));
     }
     solution.report += course.sum;

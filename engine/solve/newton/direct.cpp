@@ -116,10 +116,11 @@ bool isSingle(const Problem<S>& problem) {
            1;
 }
 
-// Whether it rests without joints, and sweeps may have it.
+// Whether it came to rest by sweeps, which would have it again.
 template <class S>
-bool isLeftToRest(const Problem<S>& problem) {
-    return problem.plan.mayRestart() && problem.plan.rests && problem.joints.empty();
+bool hasComeToRest(const Problem<S>& problem) {
+    const StepPlan& plan = problem.plan;
+    return plan.mayRestart() && plan.rests && plan.wasSwept && problem.joints.empty();
 }
 
 // The base tolerance holds for what rests; what moves is solved to a share of its speed.
@@ -153,7 +154,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     if (problem.plan.iterationCap > 0) {
         options.maxIterations = std::min(options.maxIterations, problem.plan.iterationCap);
     }
-    if (isLeftToRest(problem)) {
+    if (hasComeToRest(problem)) {
         options.enough = Tuning::enoughAtRest;
     }
     if (problem.plan.settles) {
@@ -353,7 +354,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     const bool isBounded = affordable < options.maxIterations;
     options.maxIterations = std::min(options.maxIterations, affordable);
     const int iterations = options.maxIterations;
-    const bool mayGape = isLeftToRest(problem) && !problem.plan.settles;
+    const bool mayGape = hasComeToRest(problem) && !problem.plan.settles;
     report.gapes = problem.plan.gapes && problem.joints.empty();
     if (mayGape && !report.gapes) {
         options.maxIterations = std::min(iterations, Tuning::tightIterations);
@@ -375,7 +376,8 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
         (turnsLittle(problem, newton, hWide) && (quiet || !solved.converged || keepsJointsClosed(problem, newton, h)));
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
-    report.unconverged = !closed || solved.contradicts;
+    const bool isRough = hasComeToRest(problem) && !problem.plan.settles && solved.residual > options.stalled;
+    report.unconverged = !closed || solved.contradicts || isRough;
     report.newtonFailed = !solved.converged;
     report.truncated = report.truncated || (isBounded && !solved.converged);
     // What was truncated would not fare better in shorter sub-steps of the same work; what was so because more is not

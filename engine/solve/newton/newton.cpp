@@ -447,7 +447,7 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     evaluate(problem, system.p, g);
     momentumVelocity(problem);
     report.residual = residual(problem);
-    if (centredResidual < report.residual) {
+    if (centredResidual < std::min(report.residual, options.enough)) {
         // Half-way to the next centre nothing balances yet.
         system.p = centred;
         momentumVelocity(problem);
