@@ -49,9 +49,11 @@ bool World<S>::Impl::isSettled(const Island& island, const IslandState& state) c
         return b.restState == RestState::Still && !b.isPushed();
     };
     const auto isKnown = [&](std::uint32_t p) { return !contacts.pairs()[p].isNew; };
+    // What was left above tolerance would be told as such for ever.
+    const SolveReport& last = state.solved.report;
     return island.before >= 0 && !island.isDriven && island.pairs.size() == state.pairs &&
-           island.joints.size() == state.joints && !state.solved.report.truncated && !(state.solved.error.over > 1) &&
-           std::all_of(island.bodies.begin(), island.bodies.end(), isStill) &&
+           island.joints.size() == state.joints && !last.truncated && !last.unconverged &&
+           !(state.solved.error.over > 1) && std::all_of(island.bodies.begin(), island.bodies.end(), isStill) &&
            std::all_of(island.pairs.begin(), island.pairs.end(), isKnown);
 }
 

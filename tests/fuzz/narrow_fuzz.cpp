@@ -72,6 +72,15 @@ void requireSame(double distance, double expected, double tolerance, const char*
     }
 }
 
+// m: as deep edges of the two may be in each other and still be beside each other, as those of tiles are, and no
+// contact (tile_edges.cpp).
+double besideEachOther(const Shape& a, const Shape& b, double size) {
+    const auto hasFlatSides = [](const Shape& s) {
+        return s.kind == ShapeKind::Box || s.kind == ShapeKind::Hull || s.kind == ShapeKind::Cylinder;
+    };
+    return hasFlatSides(a) && hasFlatSides(b) ? std::min(1e-3, 0.02 * size) : 0;
+}
+
 // What collide() finds, against the exact distance of the two.
 void checkManifolds(const Shape& a, const Shape& b, const Posed& aFromB, double distance, double size,
                     double tolerance) {
@@ -81,7 +90,8 @@ void checkManifolds(const Shape& a, const Shape& b, const Posed& aFromB, double 
     std::vector<Manifold> found;
     const double least = collide({&a, 1}, {&b, 1}, aFromB, margin, cache, found, counts);
     claim(least <= std::max(0.0, distance) + 1e-9 * size, "they are no nearer than is answered");
-    claim(found.empty() ? distance > -tolerance : distance < margin + tolerance, "contacts are where shapes touch");
+    claim(found.empty() ? distance > -tolerance - besideEachOther(a, b, size) : distance < margin + tolerance,
+          "contacts are where shapes touch");
     for (const Manifold& manifold : found) {
         claim(manifold.count >= 1 && manifold.count <= 4, "a manifold has one to four points");
         claim(std::abs(manifold.normal.norm() - 1) < 1e-9, "a manifold's normal is a unit vector");

@@ -291,6 +291,28 @@ NewtonReport solve(ContactNewton<double>& newton, const Problem<double>& problem
     return solved;
 }
 
+// `fill` makes the system, with contacts that are open or deep by no more than it is given taken as shut. What came to
+// rest by sweeps and has no answer with hardly any is asked for one with more.
+template <class S, class Fill>
+NewtonReport solveWithin(const Problem<S>& problem, ContactNewton<double>& newton, const Problem<double>& wide,
+                         NewtonOptions options, const Fill& fill, SolveReport& report) {
+    const int iterations = options.maxIterations;
+    report.gapes = problem.plan.gapes && problem.joints.empty();
+    const bool mayGape = !report.gapes && hasComeToRest(problem) && !problem.plan.settles;
+    if (mayGape) {
+        options.maxIterations = std::min(iterations, Tuning::tightIterations);
+    }
+    fill(report.gapes ? Tuning::wideSlop : Tuning::contactSlop<S>);
+    const NewtonReport solved = solve(newton, wide, options, report);
+    if (solved.converged || !mayGape || solved.iterations >= iterations) {
+        return solved;
+    }
+    report.gapes = true;
+    options.maxIterations = iterations - solved.iterations;
+    fill(Tuning::wideSlop);
+    return solve(newton, wide, options, report);
+}
+
 }  // namespace
 
 template <class S>
@@ -353,20 +375,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     const int affordable = std::max(Tuning::minIterations, affordableIterations(problem, newton, report.work));
     const bool isBounded = affordable < options.maxIterations;
     options.maxIterations = std::min(options.maxIterations, affordable);
-    const int iterations = options.maxIterations;
-    const bool mayGape = hasComeToRest(problem) && !problem.plan.settles;
-    report.gapes = problem.plan.gapes && problem.joints.empty();
-    if (mayGape && !report.gapes) {
-        options.maxIterations = std::min(iterations, Tuning::tightIterations);
-    }
-    fill(report.gapes ? Tuning::wideSlop : Tuning::contactSlop<S>);
-    NewtonReport solved = solve(newton, wide, options, report);
-    if (!solved.converged && solved.iterations < iterations && mayGape && !report.gapes) {
-        report.gapes = true;
-        options.maxIterations = iterations - solved.iterations;
-        fill(Tuning::wideSlop);
-        solved = solve(newton, wide, options, report);
-    }
+    NewtonReport solved = solveWithin(problem, newton, wide, options, fill, report);
     // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well,
     // as long as they are not off by much.
@@ -376,8 +385,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
         (turnsLittle(problem, newton, hWide) && (quiet || !solved.converged || keepsJointsClosed(problem, newton, h)));
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
-    const bool isRough = hasComeToRest(problem) && !problem.plan.settles && solved.residual > options.stalled;
-    report.unconverged = !closed || solved.contradicts || isRough;
+    report.unconverged = !closed || solved.contradicts;
     report.newtonFailed = !solved.converged;
     report.truncated = report.truncated || (isBounded && !solved.converged);
     // What was truncated would not fare better in shorter sub-steps of the same work; what was so because more is not

@@ -418,6 +418,7 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
             centredResidual = report.residual;
             if (report.residual <= target) {
                 report.converged = true;
+                report.contradicts = false;
                 if (deSaxceUpdates >= options.maxDeSaxceUpdates ||
                     updateDeSaxce(problem) <= share * options.deSaxceTolerance) {
                     return report;

@@ -1,7 +1,7 @@
 #include "engine/solve/velocity/contact_lanes.hpp"
-#include "engine/solve/velocity/row_sweeps.hpp"
 #include "base/resize.hpp"
 #include "engine/problem/row_terms.hpp"
+#include "engine/solve/velocity/row_sweeps.hpp"
 
 namespace cairn {
 namespace {
