@@ -29,6 +29,11 @@ constexpr double freeWork = 5e4;
 // The same where sub-steps are halved, some 5 ms: bridges of 20 to 60 planks under crates of fifty planks' weight open
 // by 4 mm at most, with a quarter of it by 15, without a bound by 74, and a curtain of 10,000 balls takes 5 s a step.
 constexpr double freeWorkAnew = 2e5;
+// What an exact solution is worth of what came to rest by sweeps: some five times as long as a swept step, no less than
+// five milliseconds, and no more than some sixty.
+constexpr double workAtRest = 480;
+constexpr double freeWorkAtRest = 5e5;
+constexpr double mostWorkAtRest = 6e6;
 // Iterations that an island always gets: the first step of a wall at rest takes about ten, once.
 constexpr int minIterations = 8;
 constexpr int minIterationsAtRest = 25;
@@ -101,7 +106,10 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     plan.rests = !moves;
     plan.wasSwept = state.substep > 0;
     plan.gapes = state.gapes && plan.rests;
-    plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows : infinity<double>();
+    plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows
+                   : plan.wasSwept && problem.joints.empty()
+                       ? std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest)
+                       : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
     // What moves is left enough for a swept sub-step, should no exact solution be found.
@@ -160,7 +168,9 @@ void Auto<S>::chooseByFactor(Problem<S>& problem, double maxWork, bool hasFailed
                                  static_cast<int>(2 * bound / std::max(1.0, cost.factor)));
     if (cost.step > std::max(bound, sweptRow * cost.rows)) {
         plan.reason = PlanReason::TooLarge;
-    } else if (visitsOfProduct * (problem.joints.empty() ? cost.step : cost.factor) > maxWork) {
+    } else if (visitsOfProduct * (problem.joints.empty() ? cost.step : cost.factor) *
+                   (plan.rests && plan.wasSwept ? minIterations : 1) >
+               maxWork) {
         plan.reason = PlanReason::TooDear;
     }
     plan.isFactorRefused = plan.sweeps();
