@@ -59,7 +59,7 @@ struct StepPlan {
     bool sweepsJoints = false;  // auto: it pays for no factor over the joints
     bool rests = false;         // auto: nothing in it moves
     bool settles = false;       // it may be at rest: solved to the last digits
-    bool wasSwept = false;      // auto: sweeps have had it before
+    bool wasSwept = false;      // auto: sweeps have had it before, and it has no joints
     bool gapes = false;         // auto: SolveReport::gapes, from the start
     bool mayBeRefused = true;   // a sub-step of it, for a shorter one
     Guard guard = Guard::None;

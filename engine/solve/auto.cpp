@@ -29,8 +29,8 @@ constexpr double freeWork = 5e4;
 // The same where sub-steps are halved, some 5 ms: bridges of 20 to 60 planks under crates of fifty planks' weight open
 // by 4 mm at most, with a quarter of it by 15, without a bound by 74, and a curtain of 10,000 balls takes 5 s a step.
 constexpr double freeWorkAnew = 2e5;
-// What an exact solution is worth of what came to rest by sweeps: some five times as long as a swept step, no less than
-// five milliseconds, and no more than some sixty.
+// What an exact solution is worth of what came to rest by sweeps: five to ten times as long as a swept step, no less
+// than five milliseconds, and no more than some sixty.
 constexpr double workAtRest = 480;
 constexpr double freeWorkAtRest = 5e5;
 constexpr double mostWorkAtRest = 6e6;
@@ -104,12 +104,11 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const bool isBackingOff = state.sweepSteps > 0 && (moves || !problem.joints.empty() || state.failedAtRest);
     StepPlan plan;
     plan.rests = !moves;
-    plan.wasSwept = state.substep > 0;
-    plan.gapes = state.gapes && plan.rests;
+    plan.wasSwept = state.substep > 0 && problem.joints.empty();
+    plan.gapes = state.gapes && plan.rests && plan.wasSwept;
     plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows
-                   : plan.wasSwept && problem.joints.empty()
-                       ? std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest)
-                       : infinity<double>();
+                   : plan.wasSwept         ? std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest)
+                                           : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
     // What moves is left enough for a swept sub-step, should no exact solution be found.

@@ -116,11 +116,11 @@ bool isSingle(const Problem<S>& problem) {
            1;
 }
 
-// Whether it came to rest by sweeps, which would have it again.
+// Whether it came to rest by sweeps, without joints; they would have it again.
 template <class S>
 bool hasComeToRest(const Problem<S>& problem) {
     const StepPlan& plan = problem.plan;
-    return plan.mayRestart() && plan.rests && plan.wasSwept && problem.joints.empty();
+    return plan.mayRestart() && plan.rests && plan.wasSwept;
 }
 
 // The base tolerance holds for what rests; what moves is solved to a share of its speed.
@@ -297,7 +297,7 @@ template <class S, class Fill>
 NewtonReport solveWithin(const Problem<S>& problem, ContactNewton<double>& newton, const Problem<double>& wide,
                          NewtonOptions options, const Fill& fill, SolveReport& report) {
     const int iterations = options.maxIterations;
-    report.gapes = problem.plan.gapes && problem.joints.empty();
+    report.gapes = problem.plan.gapes;
     const bool mayGape = !report.gapes && hasComeToRest(problem) && !problem.plan.settles;
     if (mayGape) {
         options.maxIterations = std::min(iterations, Tuning::tightIterations);

@@ -21,7 +21,7 @@ struct DirectTuning {
     static constexpr double wideSlop = smallError;
     static constexpr int tightIterations = 16;
     // m/s, residual that is taken at rest when the iterations run out. The next step goes on from there, and sweeps
-    // leave a hundred times as much.
+    // leave some twenty times as much.
     static constexpr double enoughAtRest = 1e-4;
     // Passes of the projection, each about the poses that the last one left.
     static constexpr int projectionPasses = 3;

@@ -26,9 +26,8 @@ struct Pyramid {
             home.push_back(position(world, box));
         }
     }
-    void add(const Vec3d& where, const Vec3d& velocity) {
-        world.add({.shapes = {sphere(0.5)}, .position = where, .linearVelocity = velocity, .mass = 0.5});
-    }
+    // From 1.5 m onto the box on top.
+    void dropBall() { world.add({.shapes = {sphere(0.5)}, .position = Vec3d(0, rows + 1.5, 0), .mass = 0.5}); }
     void step(int steps) {
         for (int i = 0; i < steps; ++i) {
             world.step(dt);
@@ -58,15 +57,10 @@ struct Pyramid {
     }
 };
 
-// From 1.5 m onto the box on top.
-void dropOnto(Pyramid& pyramid) {
-    pyramid.add(Vec3d(0, pyramid.rows + 1.5, 0), Vec3d::Zero());
-}
-
 void expectHeld(int rows, double dropped, double moved) {
     Pyramid pyramid(rows);
     const double standing = pyramid.normalForces();
-    dropOnto(pyramid);
+    pyramid.dropBall();
     double swept = 0;
     double most = 0;
     for (int i = 0; i < 60; ++i) {
@@ -90,7 +84,7 @@ TEST(Struck, LargePyramidIsNotDropped) {
 
 TEST(Struck, PyramidComesToRestExactly) {
     Pyramid pyramid(10);
-    dropOnto(pyramid);
+    pyramid.dropBall();
     pyramid.step(180);
     const StepReport& report = pyramid.world.step(dt);
     EXPECT_EQ(report.counts.sweptIslands, 0);
