@@ -1,4 +1,5 @@
 #include "engine/contacts/contacts.hpp"
+#include "engine/contacts/crowds.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -355,6 +356,7 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
         known = beside ? std::min(known, smallest) : known;
         return beside;
     });
+    counts.crowded += leaveOutCrowd(a.body->kind->def.shapes, b.body->kind->def.shapes, found);
     // Swapped with the old ones, whose room the next pair of the thread gets.
     static thread_local std::vector<ContactManifold<S>> room;
     static const ContactManifold<S> blank;  // a copy is cheaper than a new one

@@ -116,6 +116,51 @@ TEST(Crowds, WhatIsBornInManyFixedBodiesKeepsContactsWithAFew) {
     }
 }
 
+// Of two bodies of many shapes that are deep in each other with dozens of them the deepest few push.
+TEST(Crowds, CompoundsBornInOneSpotAreHeldApartByTheirDeepestShapes) {
+    constexpr int count = 12;
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    TestRandom random(1);
+    const auto off = [&] { return random.uniform(-0.5, 0.5); };
+    for (int i = 0; i < count; ++i) {
+        std::vector<Shape> parts(20, box(Vec3d::Constant(0.2)));
+        for (Shape& part : parts) {
+            part.pose.position = {off(), off(), off()};
+        }
+        world.add({.shapes = std::move(parts), .position = {0.01 * off(), 3 + 0.01 * off(), 0.01 * off()}});
+    }
+    const StepReport& first = world.step(1.0 / 60);
+    EXPECT_GT(first.counts.narrow.crowded, 0U);
+    EXPECT_TRUE(first.flags & FlagUnconverged);
+    double most = 0;
+    for (int i = 0; i < 20; ++i) {
+        const StepCounts& counts = world.step(1.0 / 60).counts;
+        most = std::max(most, static_cast<double>(counts.contacts) / counts.pairs);
+        EXPECT_EQ(world.report().flags & FlagNonFinite, 0U);
+    }
+    expectBelow("contact points a pair", most, 60);
+}
+
+// What touches at many places without being deep keeps them all: each stud carries its share.
+TEST(Crowds, NothingIsLeftOutOfAPlateOnAPlate) {
+    constexpr int side = 6;
+    std::vector<Shape> studs;
+    for (int i = 0; i < side * side; ++i) {
+        studs.push_back(box({0.04, 0.01, 0.04}));
+        studs.back().pose.position = {0.1 * (i % side), 0, 0.1 * (i / side)};
+    }
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = studs});
+    const BodyId plate = world.add({.shapes = studs, .position = {0, 0.02, 0}});
+    for (int i = 0; i < 60; ++i) {
+        const StepCounts& counts = world.step(1.0 / 60).counts;
+        EXPECT_EQ(counts.contacts, 4 * side * side);
+        EXPECT_EQ(counts.narrow.crowded, 0U);
+    }
+    expectBelow("sunk, m", std::abs(world.pose(plate).position.y() - 0.02), 1e-6);
+}
+
 // On their way apart they have no more contacts than at the start: a bound on what a step costs.
 TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
     constexpr int count = 250;
