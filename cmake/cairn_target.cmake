@@ -16,7 +16,7 @@ target_link_libraries(cairn_options INTERFACE cairn_warnings)
 target_include_directories(cairn_options INTERFACE ${PROJECT_SOURCE_DIR})
 # Under g++'s link-time optimisation a file that lacks part of a class template refers to it weakly, and no file of an
 # archive is taken for what is weak: a game that has it would not link. Cairn gains nothing by it (dolls, rain, pile:
-# as fast to within 8 %), and is left out.
+# as fast to within 10 %), and is left out.
 target_compile_options(cairn_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fno-lto>)
 if(CAIRN_SANITIZE)
     # GCC 12 takes what sanitizers add to std::regex for reads of what was never set.
