@@ -132,6 +132,7 @@ TEST(Crowds, CompoundsBornInOneSpotAreHeldApartByTheirDeepestShapes) {
     }
     const StepReport& first = world.step(1.0 / 60);
     EXPECT_GT(first.counts.narrow.crowded, 0U);
+    EXPECT_GT(first.error.maxPenetration, 0.2);  // m, of .4 at most
     EXPECT_TRUE(first.flags & FlagUnconverged);
     double most = 0;
     for (int i = 0; i < 20; ++i) {
@@ -159,6 +160,20 @@ TEST(Crowds, NothingIsLeftOutOfAPlateOnAPlate) {
         EXPECT_EQ(counts.narrow.crowded, 0U);
     }
     expectBelow("sunk, m", std::abs(world.pose(plate).position.y() - 0.02), 1e-6);
+}
+
+// Nor of what lies deep in rough ground, whose triangles have no inside.
+TEST(Crowds, NothingIsLeftOutOfRoughGround) {
+    constexpr int points = 21;
+    TestRandom random(1);
+    std::vector<double> heights(points * points);
+    std::generate(heights.begin(), heights.end(), [&] { return random.uniform(0, 0.05); });
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = {heightField(points, points, heights, 0.1)}});
+    world.add({.shapes = {box({0.5, 0.1, 0.5})}, .position = {0, 0.1, 0}});
+    const StepCounts& counts = world.step(1.0 / 60).counts;
+    EXPECT_GT(counts.contacts, 32);
+    EXPECT_EQ(counts.narrow.crowded, 0U);
 }
 
 // On their way apart they have no more contacts than at the start: a bound on what a step costs.
