@@ -147,9 +147,11 @@ TEST(Crowds, CompoundsBornInOneSpotAreHeldApartByTheirDeepestShapes) {
 TEST(Crowds, NothingIsLeftOutOfAPlateOnAPlate) {
     constexpr int side = 6;
     std::vector<Shape> studs;
-    for (int i = 0; i < side * side; ++i) {
-        studs.push_back(box({0.04, 0.01, 0.04}));
-        studs.back().pose.position = {0.1 * (i % side), 0, 0.1 * (i / side)};
+    for (int i = 0; i < side; ++i) {
+        for (int j = 0; j < side; ++j) {
+            studs.push_back(box({0.04, 0.01, 0.04}));
+            studs.back().pose.position = {0.1 * i, 0, 0.1 * j};
+        }
     }
     Worldd world;
     world.add({.type = BodyType::Static, .shapes = studs});
@@ -214,8 +216,11 @@ TEST(Crowds, NothingIsLeftOutOfAHeap) {
     Worldd world;
     world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
     for (int i = 0; i < 200; ++i) {
-        world.add({.shapes = {i % 2 == 0 ? sphere(0.2) : box({0.8, 0.02, 0.02})},
-                   .position = {0.3 * (i % 5), 0.3 + 0.3 * (i / 25), 0.3 * (i / 5 % 5)}});
+        const int layer = i / 25;
+        const int row = i / 5 % 5;
+        const Vec3d cell(i % 5, layer, row);
+        world.add(
+            {.shapes = {i % 2 == 0 ? sphere(0.2) : box({0.8, 0.02, 0.02})}, .position = 0.3 * cell + Vec3d(0, 0.3, 0)});
     }
     for (int i = 0; i < 120; ++i) {
         EXPECT_EQ(world.step(1.0 / 60).counts.crowdedPairs, 0);
