@@ -347,10 +347,7 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
     // What is beside the motion cannot be met.
     double known = margin;
     std::erase_if(found, [&](const Manifold& geometry) {
-        double smallest = infinity<double>();
-        for (int k = 0; k < geometry.count; ++k) {
-            smallest = std::min(smallest, geometry.points[static_cast<std::size_t>(k)].separation);
-        }
+        const double smallest = geometry.leastSeparation();
         const bool beside =
             smallest > speculative.margin + speculative.dt * approach(a, b, turned(a.place.rotation, geometry.normal));
         known = beside ? std::min(known, smallest) : known;

@@ -4,7 +4,6 @@
 #include "collision/shapes/triangles.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace cairn {
 namespace {
@@ -39,15 +38,6 @@ struct Count {
     int moving = 0;
     int fixed = 0;
 };
-
-// m, the separation of its deepest point.
-double deepest(const Manifold& manifold) {
-    double least = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < manifold.count; ++k) {
-        least = std::min(least, manifold.points[static_cast<std::size_t>(k)].separation);
-    }
-    return least;
-}
 
 template <class S>
 class Crowds {
@@ -210,13 +200,14 @@ std::size_t leaveOutCrowd(const std::vector<Shape>& a, const std::vector<Shape>&
         const Shape& one = a[m.shapeA];
         const Shape& other = b[m.shapeB];
         return !isSurface(one.kind) && !isSurface(other.kind) &&
-               deepest(m) < -0.5 * std::min(innerRadius(one), innerRadius(other));
+               m.leastSeparation() < -0.5 * std::min(innerRadius(one), innerRadius(other));
     };
     if (std::count_if(manifolds.begin(), manifolds.end(), isDeep) <= static_cast<std::ptrdiff_t>(mostDeepManifolds)) {
         return 0;
     }
-    std::stable_sort(manifolds.begin(), manifolds.end(),
-                     [](const Manifold& one, const Manifold& other) { return deepest(one) < deepest(other); });
+    std::stable_sort(manifolds.begin(), manifolds.end(), [](const Manifold& one, const Manifold& other) {
+        return one.leastSeparation() < other.leastSeparation();
+    });
     const std::size_t leftOut = manifolds.size() - mostDeepManifolds;
     manifolds.resize(mostDeepManifolds);
     return leftOut;

@@ -120,7 +120,7 @@ TEST(Crowds, WhatIsBornInManyFixedBodiesKeepsContactsWithAFew) {
 TEST(Crowds, CompoundsBornInOneSpotAreHeldApartByTheirDeepestShapes) {
     constexpr int count = 12;
     Worldd world;
-    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    addFloor(world);
     TestRandom random(1);
     const auto off = [&] { return random.uniform(-0.5, 0.5); };
     for (int i = 0; i < count; ++i) {
