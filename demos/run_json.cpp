@@ -66,8 +66,7 @@ Json resultJson(const RunResult& r) {
                     {"narrow_repaired_normals", r.narrow.repairedNormals},
                     {"narrow_repaired_failures", r.narrow.repairedFailures},
                     {"narrow_through_fcl", r.narrow.throughFcl},
-                    {"narrow_repaired_fcl", r.narrow.repairedFcl},
-                    {"narrow_crowded", r.narrow.crowded}};
+                    {"narrow_repaired_fcl", r.narrow.repairedFcl}};
     if (!r.qualityLevels.empty()) {
         json["quality_levels"] = r.qualityLevels;
         json["max_work"] = r.maxWork;

@@ -9,9 +9,7 @@
 #include "base/rare.hpp"
 #include "collision/shapes/parts.hpp"
 
-#include <algorithm>
 #include <array>
-#include <limits>
 
 namespace cairn {
 
@@ -32,15 +30,6 @@ struct Manifold {
     Vec3d normal = Vec3d::UnitY();  // unit, from A to B, in A's body frame
     int count = 0;                  // 1 to 4
     std::array<ContactPoint, 4> points;
-
-    // m, of its points.
-    double leastSeparation() const {
-        double least = std::numeric_limits<double>::infinity();
-        for (int k = 0; k < count; ++k) {
-            least = std::min(least, points[static_cast<std::size_t>(k)].separation);
-        }
-        return least;
-    }
 };
 
 // What the narrow phase remembers of a pair of bodies from step to step: of two spheres or two capsules the last

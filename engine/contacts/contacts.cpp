@@ -1,5 +1,4 @@
 #include "engine/contacts/contacts.hpp"
-#include "engine/contacts/crowds.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -347,13 +346,15 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
     // What is beside the motion cannot be met.
     double known = margin;
     std::erase_if(found, [&](const Manifold& geometry) {
-        const double smallest = geometry.leastSeparation();
+        double smallest = infinity<double>();
+        for (int k = 0; k < geometry.count; ++k) {
+            smallest = std::min(smallest, geometry.points[static_cast<std::size_t>(k)].separation);
+        }
         const bool beside =
             smallest > speculative.margin + speculative.dt * approach(a, b, turned(a.place.rotation, geometry.normal));
         known = beside ? std::min(known, smallest) : known;
         return beside;
     });
-    counts.crowded += leaveOutCrowd(a.body->kind->def.shapes, b.body->kind->def.shapes, found);
     // Swapped with the old ones, whose room the next pair of the thread gets.
     static thread_local std::vector<ContactManifold<S>> room;
     static const ContactManifold<S> blank;  // a copy is cheaper than a new one

@@ -1,7 +1,6 @@
 #include "engine/contacts/crowds.hpp"
 
 #include "base/parallel.hpp"
-#include "collision/shapes/triangles.hpp"
 
 #include <algorithm>
 
@@ -190,27 +189,6 @@ int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodie
     }
     crowds.keep(crowded, kept, crowd);
     return static_cast<int>(near.size() - kept.size());
-}
-
-std::size_t leaveOutCrowd(const std::vector<Shape>& a, const std::vector<Shape>& b, std::vector<Manifold>& manifolds) {
-    if (manifolds.size() <= mostDeepManifolds) {
-        return 0;
-    }
-    const auto isDeep = [&](const Manifold& m) {
-        const Shape& one = a[m.shapeA];
-        const Shape& other = b[m.shapeB];
-        return !isSurface(one.kind) && !isSurface(other.kind) &&
-               m.leastSeparation() < -0.5 * std::min(innerRadius(one), innerRadius(other));
-    };
-    if (std::count_if(manifolds.begin(), manifolds.end(), isDeep) <= static_cast<std::ptrdiff_t>(mostDeepManifolds)) {
-        return 0;
-    }
-    std::stable_sort(manifolds.begin(), manifolds.end(), [](const Manifold& one, const Manifold& other) {
-        return one.leastSeparation() < other.leastSeparation();
-    });
-    const std::size_t leftOut = manifolds.size() - mostDeepManifolds;
-    manifolds.resize(mostDeepManifolds);
-    return leftOut;
 }
 
 template int leaveOutCrowds(const std::vector<ProxyPair>&, const BodyTable<float>&, JobSystem&, std::vector<ProxyPair>&,

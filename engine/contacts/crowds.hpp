@@ -4,7 +4,6 @@
 #include "engine/model/body.hpp"
 
 #include "collision/broad_phase/broad_phase.hpp"
-#include "collision/narrow_phase/narrow_phase.hpp"
 
 #include <cairn/jobs.hpp>
 
@@ -26,12 +25,5 @@ inline bool isOfCrowd(const std::vector<std::uint8_t>& crowd, std::uint32_t body
 template <class S>
 int leaveOutCrowds(const std::vector<ProxyPair>& near, const BodyTable<S>& bodies, JobSystem& jobs,
                    std::vector<ProxyPair>& kept, std::vector<std::uint8_t>& crowd);
-
-// The same of two bodies of many convex shapes, of which hundreds may meet: where more pairs of them than this are in
-// each other by half of their inner radius, only the deepest are kept.
-inline constexpr std::size_t mostDeepManifolds = 8;
-
-// Of the manifolds of two bodies; gives how many it left out.
-std::size_t leaveOutCrowd(const std::vector<Shape>& a, const std::vector<Shape>& b, std::vector<Manifold>& manifolds);
 
 }  // namespace cairn

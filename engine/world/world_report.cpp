@@ -170,7 +170,7 @@ void World<S>::Impl::countAndClose(double dt) {
     // reports itself.
     constexpr double mostOff = 0.05;
     const bool losesMomentum = momentumWatch_.add(totals_.momentumDefect, totals_.forces * dt, dt);
-    const bool unconverged = c.unconverged > 0 || c.crowdedPairs > 0 || c.narrow.crowded > 0 || losesMomentum ||
+    const bool unconverged = c.unconverged > 0 || c.crowdedPairs > 0 || losesMomentum ||
                              std::max(report.error.maxJointGap, report.error.maxPenetration) > mostOff;
     report.flags |= unconverged ? static_cast<std::uint32_t>(FlagUnconverged) : 0U;
     const bool gains = energyWatch_.add(totals_.energyChange, totals_.inPlay, dt);

@@ -13,8 +13,6 @@ struct NarrowCounts {
         0;                         // exceptions, NaN, zero normals or endless refinements caught and answered otherwise
     std::uint64_t throughFcl = 0;  // answers asked of FCL
     std::uint64_t repairedFcl = 0;  // of those, none or wrong, and replaced by one of our own
-    // Manifolds left out of pairs that are deep in each other at many places, as compounds born in one spot.
-    std::uint64_t crowded = 0;
     NarrowCounts& operator+=(const NarrowCounts& o) {
         calls += o.calls;
         shapePairs += o.shapePairs;
@@ -23,7 +21,6 @@ struct NarrowCounts {
         repairedFailures += o.repairedFailures;
         throughFcl += o.throughFcl;
         repairedFcl += o.repairedFcl;
-        crowded += o.crowded;
         return *this;
     }
 };

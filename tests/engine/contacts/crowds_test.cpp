@@ -116,68 +116,6 @@ TEST(Crowds, WhatIsBornInManyFixedBodiesKeepsContactsWithAFew) {
     }
 }
 
-// Of two bodies of many shapes that are deep in each other with dozens of them the deepest few push.
-TEST(Crowds, CompoundsBornInOneSpotAreHeldApartByTheirDeepestShapes) {
-    constexpr int count = 12;
-    Worldd world;
-    addFloor(world);
-    TestRandom random(1);
-    const auto off = [&] { return random.uniform(-0.5, 0.5); };
-    for (int i = 0; i < count; ++i) {
-        std::vector<Shape> parts(20, box(Vec3d::Constant(0.2)));
-        for (Shape& part : parts) {
-            part.pose.position = {off(), off(), off()};
-        }
-        world.add({.shapes = std::move(parts), .position = {0.01 * off(), 3 + 0.01 * off(), 0.01 * off()}});
-    }
-    const StepReport& first = world.step(1.0 / 60);
-    EXPECT_GT(first.counts.narrow.crowded, 0U);
-    EXPECT_GT(first.error.maxPenetration, 0.2);  // m, of .4 at most
-    EXPECT_TRUE(first.flags & FlagUnconverged);
-    double most = 0;
-    for (int i = 0; i < 20; ++i) {
-        const StepCounts& counts = world.step(1.0 / 60).counts;
-        most = std::max(most, static_cast<double>(counts.contacts) / counts.pairs);
-        EXPECT_EQ(world.report().flags & FlagNonFinite, 0U);
-    }
-    expectBelow("contact points a pair", most, 60);
-}
-
-// What touches at many places without being deep keeps them all: each stud carries its share.
-TEST(Crowds, NothingIsLeftOutOfAPlateOnAPlate) {
-    constexpr int side = 6;
-    std::vector<Shape> studs;
-    for (int i = 0; i < side; ++i) {
-        for (int j = 0; j < side; ++j) {
-            studs.push_back(box({0.04, 0.01, 0.04}));
-            studs.back().pose.position = {0.1 * i, 0, 0.1 * j};
-        }
-    }
-    Worldd world;
-    world.add({.type = BodyType::Static, .shapes = studs});
-    const BodyId plate = world.add({.shapes = studs, .position = {0, 0.02, 0}});
-    for (int i = 0; i < 60; ++i) {
-        const StepCounts& counts = world.step(1.0 / 60).counts;
-        EXPECT_EQ(counts.contacts, 4 * side * side);
-        EXPECT_EQ(counts.narrow.crowded, 0U);
-    }
-    expectBelow("sunk, m", std::abs(world.pose(plate).position.y() - 0.02), 1e-6);
-}
-
-// Nor of what lies deep in rough ground, whose triangles have no inside.
-TEST(Crowds, NothingIsLeftOutOfRoughGround) {
-    constexpr int points = 21;
-    TestRandom random(1);
-    std::vector<double> heights(points * points);
-    std::generate(heights.begin(), heights.end(), [&] { return random.uniform(0, 0.05); });
-    Worldd world;
-    world.add({.type = BodyType::Static, .shapes = {heightField(points, points, heights, 0.1)}});
-    world.add({.shapes = {box({0.5, 0.1, 0.5})}, .position = {0, 0.1, 0}});
-    const StepCounts& counts = world.step(1.0 / 60).counts;
-    EXPECT_GT(counts.contacts, 32);
-    EXPECT_EQ(counts.narrow.crowded, 0U);
-}
-
 // On their way apart they have no more contacts than at the start: a bound on what a step costs.
 TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
     constexpr int count = 250;
