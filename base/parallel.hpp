@@ -3,9 +3,13 @@
 #include <cairn/jobs.hpp>
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 namespace cairn {
+
+// What makeTbbJobSystem() gives; of plain threads where ThreadSanitizer looks on.
+std::shared_ptr<JobSystem> newJobSystem(int threads);
 
 // Calls body(i) for each i in [0, count).
 template <class Body>
