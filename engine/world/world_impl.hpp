@@ -125,17 +125,28 @@ struct World<S>::Impl {
     }
     void wakeBodies(const Joint<S>& joint);
     void wakeNeighbours(std::uint32_t index);
-    // Speculative bounds: the box that a body can reach within dt, with half of the contact margin around it.
+    // Speculative bounds: the box about a body's way within dt as it moves now, turning anyhow, with half of the contact
+    // margin around it. What it cannot meet on that way is no contact (`approach` in contacts.cpp).
     Aabb speculativeBox(const Body<S>& b, double dt) const {
-        return bounds(b.kind->def.shapes, b.framePoseDouble()).grown(0.5 * def.contactMargin + motion(b, dt));
+        const Vec3d ahead = displacement(b, dt);
+        Aabb box = bounds(b.kind->def.shapes, b.framePoseDouble()).grown(roomBeside(b, dt));
+        box.min += ahead.cwiseMin(0.0);
+        box.max += ahead.cwiseMax(0.0);
+        return box;
     }
-    // m, that no point of the body moves farther than within dt. What is too fast to be squared (an impulse of the
-    // game, which the step finds and puts back) reaches far, but not out of all boxes.
-    static double motion(const Body<S>& b, double dt) {
+    // m, within dt. What is too fast to be squared (an impulse of the game, which the step finds and puts back) reaches
+    // far, but not out of all boxes.
+    static double withinReach(double distance) {
         constexpr double farthest = 1e15;
+        return std::abs(distance) < farthest ? distance : std::copysign(farthest, distance);
+    }
+    static Vec3d displacement(const Body<S>& b, double dt) {
+        return (dt * b.v.template cast<double>()).unaryExpr(&withinReach);
+    }
+    // m, that no point of the body leaves its way by within dt, and still is in its speculative box.
+    double roomBeside(const Body<S>& b, double dt) const {
         const double turn = std::isfinite(b.kind->radius) ? static_cast<double>(b.w.norm()) * b.kind->radius : 0;
-        const double distance = dt * (static_cast<double>(b.v.norm()) + turn);
-        return distance < farthest ? distance : farthest;
+        return 0.5 * def.contactMargin + withinReach(dt * turn);
     }
 
     void wakeOne(std::uint32_t i);
@@ -219,7 +230,7 @@ private:
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
     void shareWork();
     std::vector<double> maxWork_;       // by awake island; empty: no bound
-    std::vector<double> roomToMove_;    // m, by body: as far as it may go from where it was in the box that it has
+    std::vector<double> roomBeside_;    // m, by body: as far as it may go anywhere in the box that it has
     std::vector<std::uint8_t> isFast_;  // room of catchFastBodies()
     std::vector<std::uint32_t> fast_;
     std::shared_ptr<ContinuousRoom> continuousRoom_;

@@ -140,7 +140,7 @@ void World<S>::Impl::applyChanges(double dt) {
         broadPhase.update(*jobs);
         detect(dt, false);
     } else if (!changed.empty()) {
-        roomToMove_.resize(bodies.slotCount(), 0.0);
+        roomBeside_.resize(bodies.slotCount(), 0.0);
         for (const std::uint32_t i : changed) {
             if (bodies.used(i) && broadPhase.contains(i)) {
                 moveProxy(i, dt);
@@ -170,21 +170,21 @@ void World<S>::Impl::noteRoaming(S dt) {
 
 template <class S>
 void World<S>::Impl::moveProxy(std::uint32_t i, double dt) {
-    broadPhase.move(i, speculativeBox(bodies[i], dt), dt * bodies[i].v.template cast<double>());
-    roomToMove_[i] = motion(bodies[i], dt) + 0.5 * def.contactMargin;
+    broadPhase.move(i, speculativeBox(bodies[i], dt), displacement(bodies[i], dt));
+    roomBeside_[i] = roomBeside(bodies[i], dt);
 }
 
 template <class S>
 void World<S>::Impl::moveProxies(double dt) {
-    roomToMove_.resize(bodies.slotCount(), 0.0);
+    roomBeside_.resize(bodies.slotCount(), 0.0);
     moveThose(
         [&](std::uint32_t i) {
             const Body<S>& b = bodies[i];
             if (b.stands() || !broadPhase.contains(i)) {
                 return false;
             }
-            roomToMove_[i] = motion(b, dt) + 0.5 * def.contactMargin;
-            return broadPhase.needsMove(i, speculativeBox(b, dt), dt * b.v.template cast<double>());
+            roomBeside_[i] = roomBeside(b, dt);
+            return broadPhase.needsMove(i, speculativeBox(b, dt), displacement(b, dt));
         },
         [&](std::uint32_t i) { moveProxy(i, dt); });
 }
@@ -222,7 +222,7 @@ void World<S>::Impl::catchFastBodies(S dt) {
     };
     moveThose(
         [&](std::uint32_t i) {
-            const bool isWithin = distanceMoved(bodies[i], before[i], static_cast<double>(dt)) <= roomToMove_[i];
+            const bool isWithin = distanceMoved(bodies[i], before[i], static_cast<double>(dt)) <= roomBeside_[i];
             return broadPhase.contains(i) && !isWithin && !broadPhase.holds(i, wayBox(i));
         },
         [&](std::uint32_t i) { broadPhase.move(i, wayBox(i), Vec3d::Zero()); });

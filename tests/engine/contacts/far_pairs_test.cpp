@@ -69,5 +69,19 @@ TEST(FarPairs, AreLookedAtWhereAGameMovesThem) {
     EXPECT_GT(hit.world.linearVelocity(hit.boxes[1]).x(), 0.1);
 }
 
+// At 30 m/s a box goes half a metre in a step: straight down, not at its neighbours.
+TEST(FarPairs, WhatFallsSideBySideIsNoPair) {
+    Worldd world{{.sleep = {.enabled = false}}};
+    constexpr int side = 6;
+    for (int i = 0; i < side * side; ++i) {
+        world.add({.shapes = {box(Vec3d::Constant(0.1))},
+                   .position = {0.4 * (i % side), 0, 0.4 * (i / side)},
+                   .linearVelocity = {0, -30, 0}});
+    }
+    for (int i = 0; i < 10; ++i) {
+        EXPECT_EQ(world.step(1.0 / 60).counts.pairs, 0);
+    }
+}
+
 }  // namespace
 }  // namespace cairn
