@@ -36,6 +36,12 @@ constexpr int mostSubsteps = 4;
 // their worst and costs a third more, and twice as much twice as far (docs/solvers.md, "The knee").
 template <class S>
 constexpr S worthASubstep = S(0.002);
+// m, of a point of contact, likewise: of dolls that lie and shift, steps cost a quarter less and get no deeper than by
+// four sub-steps each; with no regard to depth four times as many pairs are over 20 mm deep (docs/solvers.md).
+template <class S>
+constexpr S wayWorthASubstep = S(0.005);
+template <class S>
+constexpr S depthWorthASubstep = S(0.00125);
 
 // m: how far apart the anchors of pins come in dt since their bodies turn, as they do at the start of the step. What
 // rows hold is the speed there, along tangents; from it they part by half the difference of their centripetal
@@ -53,6 +59,27 @@ S openedByTurning(const Problem<S>& problem, S dt) {
         most = std::max(most, (bend(link.a, frames.a.position) - bend(link.b, frames.b.position)).squaredNorm());
     }
     return S(0.5) * dt * dt * std::sqrt(most);
+}
+
+// Sub-steps that contacts are worth in a step of dt: by how far their points go against what they meet, along it or at
+// it, and by how deep they are, as each sub-step pushes out the same share.
+template <class S>
+S worthOfContacts(const Problem<S>& problem, S dt) {
+    S fastest = 0;  // (m/s)^2
+    S deepest = 0;
+    for (const ProblemContact<S>& contact : problem.contacts) {
+        const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
+        const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
+        for (int k = 0; k < contact.count; ++k) {
+            const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k);
+            const ContactGeometry<S> at = problem.geometryOf(contact, i);
+            const Vec3<S> apart = b.v.template head<3>() + b.v.template tail<3>().cross(b.pose.rotation * at.onB) -
+                                  a.v.template head<3>() - a.v.template tail<3>().cross(a.pose.rotation * at.onA);
+            fastest = std::max(fastest, apart.squaredNorm());
+            deepest = std::max(deepest, -problem.points[i].separation);
+        }
+    }
+    return std::max(dt * std::sqrt(fastest) / wayWorthASubstep<S>, deepest / depthWorthASubstep<S>);
 }
 
 template <class S>
@@ -78,8 +105,9 @@ public:
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
         StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
         if (!problem.joints.empty()) {
-            if (mayTakeFewer_ && state.isPinned && problem.contacts.empty()) {
-                const S wanted = std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>);
+            if (mayTakeFewer_ && state.isPinned) {
+                const S wanted = std::max(std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>),
+                                          worthOfContacts(problem, dt));
                 plan.substeps = static_cast<int>(std::ceil(std::clamp(wanted, S(1), S(mostSubsteps))));
             }
             plan.guard = Guard::Energy;
@@ -145,7 +173,7 @@ std::unique_ptr<Solver<S>> makeHybrid(const SolverSettings& settings) {
     return std::make_unique<Hybrid<S>>(settings, false);
 }
 
-// With fewer sub-steps where the joints of what touches nothing open by no more than a knee is worth.
+// With fewer sub-steps where joints open by no more than a knee is worth and nothing goes far at a contact.
 template <class S>
 std::unique_ptr<Solver<S>> makeThriftyHybrid(const SolverSettings& settings) {
     return std::make_unique<Hybrid<S>>(settings, true);
