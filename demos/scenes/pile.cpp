@@ -62,7 +62,8 @@ Scene makePile(const SceneParameters& parameters) {
         body.rotation = random.rotation();
         scene.add(std::move(body));
     }
-    scene.view = {Vec3d(1.2 * half, 2 * wall + 1.7 * half, 2.2 * half + 2), Vec3d(0, 0.6 * wall, 0), 45};
+    // From so high that the heap shows over the near wall.
+    scene.view = {Vec3d(0.5 * half, 2 * wall + 2.4 * half, 1.2 * half), Vec3d(0, 0.3 * wall, 0.1 * half), 45};
     return scene;
 }
 
