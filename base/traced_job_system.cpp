@@ -1,5 +1,5 @@
-// In place of tbb_job_system.cpp where ThreadSanitizer looks on: of oneTBB as it is installed it sees no fences, and takes
-// what they order for races. New threads for each loop, which it does see.
+// In place of tbb_job_system.cpp where ThreadSanitizer looks on: of oneTBB as it is installed it sees no fences, and
+// takes what they order for races. New threads for each loop, which it does see.
 #include "base/parallel.hpp"
 
 #include <algorithm>

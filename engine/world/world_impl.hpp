@@ -125,8 +125,8 @@ struct World<S>::Impl {
     }
     void wakeBodies(const Joint<S>& joint);
     void wakeNeighbours(std::uint32_t index);
-    // Speculative bounds: the box about a body's way within dt as it moves now, turning anyhow, with half of the contact
-    // margin around it. What it cannot meet on that way is no contact (`approach` in contacts.cpp).
+    // Speculative bounds: the box about a body's way within dt as it moves now, turning anyhow, with half of the
+    // contact margin around it. What it cannot meet on that way is no contact (`approach` in contacts.cpp).
     Aabb speculativeBox(const Body<S>& b, double dt) const {
         const Vec3d ahead = displacement(b, dt);
         Aabb box = bounds(b.kind->def.shapes, b.framePoseDouble()).grown(roomBeside(b, dt));

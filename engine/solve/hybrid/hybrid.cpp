@@ -106,8 +106,8 @@ public:
         StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
         if (!problem.joints.empty()) {
             if (mayTakeFewer_ && state.isPinned) {
-                const S wanted = std::max(std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>),
-                                          worthOfContacts(problem, dt));
+                const S wanted =
+                    std::max(std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>), worthOfContacts(problem, dt));
                 plan.substeps = static_cast<int>(std::ceil(std::clamp(wanted, S(1), S(mostSubsteps))));
             }
             plan.guard = Guard::Energy;

@@ -74,8 +74,9 @@ TEST(FarPairs, WhatFallsSideBySideIsNoPair) {
     Worldd world{{.sleep = {.enabled = false}}};
     constexpr int side = 6;
     for (int i = 0; i < side * side; ++i) {
+        const int row = i / side;
         world.add({.shapes = {box(Vec3d::Constant(0.1))},
-                   .position = {0.4 * (i % side), 0, 0.4 * (i / side)},
+                   .position = {0.4 * (i % side), 0, 0.4 * row},
                    .linearVelocity = {0, -30, 0}});
     }
     for (int i = 0; i < 10; ++i) {

@@ -7,7 +7,8 @@
 namespace cairn {
 namespace {
 
-// Chains of eight bars, let go askew over a floor, each across the one below: too much for exact solutions as they land.
+// Chains of eight bars, let go askew over a floor, each across the one below: too much for exact solutions as they
+// land.
 struct Fall {
     Worldd world{{.sleep = {.enabled = false}}};
     std::vector<BodyId> bars;
@@ -22,8 +23,8 @@ struct Fall {
     void hang(const Vec3d& middle, const Quatd& rotation) {
         for (int k = 0; k < 8; ++k) {
             const auto at = [&](double along) { return Vec3d(middle + rotation * Vec3d(along, 0, 0)); };
-            bars.push_back(
-                world.add({.shapes = {box({0.2, 0.07, 0.05})}, .position = at(0.44 * (k - 3.5)), .rotation = rotation}));
+            bars.push_back(world.add(
+                {.shapes = {box({0.2, 0.07, 0.05})}, .position = at(0.44 * (k - 3.5)), .rotation = rotation}));
             if (k > 0) {
                 world.add(BallDef{.a = bars[bars.size() - 2], .b = bars.back(), .anchor = at(0.44 * (k - 4))});
             }
