@@ -185,9 +185,10 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
     };
     parallelFor(jobs, jobCount, 1, [&](std::size_t k) {
         Side last;
-        for (std::size_t i = k * pairsPerJob; i < std::min((k + 1) * pairsPerJob, pairs_.size()); ++i) {
+        const std::size_t end = std::min((k + 1) * pairsPerJob, pairs_.size());
+        for (std::size_t i = k * pairsPerJob; i < end; ++i) {
             constexpr std::size_t ahead = 3;  // the manifolds of most pairs are in no cache when their turn comes
-            if (i + ahead < pairs_.size()) {
+            if (i + ahead < end) {
                 __builtin_prefetch(pairs_[i + ahead].manifolds.data());
             }
             look(i, last, countsOf_[k]);
