@@ -136,17 +136,17 @@ struct World<S>::Impl {
     }
     // m, within dt. What is too fast to be squared (an impulse of the game, which the step finds and puts back) reaches
     // far, but not out of all boxes.
-    static double withinReach(double distance) {
-        constexpr double farthest = 1e15;
-        return std::abs(distance) < farthest ? distance : std::copysign(farthest, distance);
-    }
+    static constexpr double farthest = 1e15;
     static Vec3d displacement(const Body<S>& b, double dt) {
-        return (dt * b.v.template cast<double>()).unaryExpr(&withinReach);
+        return (dt * b.v.template cast<double>()).unaryExpr([](double way) {
+            return std::abs(way) < farthest ? way : std::copysign(farthest, way);
+        });
     }
     // m, that no point of the body leaves its way by within dt, and still is in its speculative box.
     double roomBeside(const Body<S>& b, double dt) const {
         const double turn = std::isfinite(b.kind->radius) ? static_cast<double>(b.w.norm()) * b.kind->radius : 0;
-        return 0.5 * def.contactMargin + withinReach(dt * turn);
+        const double way = dt * turn;
+        return 0.5 * def.contactMargin + (way < farthest ? way : farthest);
     }
 
     void wakeOne(std::uint32_t i);
