@@ -36,7 +36,7 @@ constexpr int mostSubsteps = 4;
 // their worst and costs a third more, and twice as much twice as far (docs/solvers.md, "The knee").
 template <class S>
 constexpr S worthASubstep = S(0.002);
-// m, of a point of contact, likewise: of dolls that lie and shift, steps cost a quarter less and get no deeper than by
+// m, of a point of contact, likewise: dolls that lie and shift take a quarter fewer visits and get no deeper than by
 // four sub-steps each; with no regard to depth four times as many pairs are over 20 mm deep (docs/solvers.md).
 template <class S>
 constexpr S wayWorthASubstep = S(0.005);
