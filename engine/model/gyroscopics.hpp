@@ -87,6 +87,9 @@ FreeSpin<S> midpointSpin(const Mat3<S>& inertia, const Vec3<S>& w1, S h) {
     constexpr int smallParts = 256;
     constexpr S largestTurn = S(1.5);
     constexpr int maxParts = 4000;  // up to 3000 rad at the least; beyond, the spin stays as it is
+    if (w1.isZero(S(0))) {
+        return {w1, w1, w1};
+    }
     Vec3<S> w = w1;
     Vec3<S> next;
     if (h * w.norm() <= maxTurn && midpointEnd(inertia, w, h, next)) {

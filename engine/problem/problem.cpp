@@ -89,6 +89,25 @@ void Problem<S>::integrate(S h) {
 }
 
 template <class S>
+void Problem<S>::fly(S h) {
+    predict(h);
+    rows.clear();
+    blocks.clear();
+    jointBlocks = 0;
+    refreshInertia();
+    integrate(h);
+}
+
+template <class S>
+void Problem<S>::refreshInertia() {
+    forEach(bodies.size(), [&](std::size_t i) {
+        if (!bodies[i].fixed && !bodies[i].holdsInertia) {
+            bodies[i].refreshInertia();
+        }
+    });
+}
+
+template <class S>
 void Problem<S>::placeContacts() {
     rowKeeper = nullptr;
     resizeClosely(frames, contacts.size());
@@ -112,11 +131,7 @@ template <class S>
 void Problem<S>::linearizeCompact(bool placesContacts) {
     rows.clear();
     blocks.clear();
-    forEach(bodies.size(), [&](std::size_t i) {
-        if (!bodies[i].fixed && !bodies[i].holdsInertia) {
-            bodies[i].refreshInertia();
-        }
-    });
+    refreshInertia();
     linearizeJoints(rows, blocks);
     jointBlocks = static_cast<int>(blocks.size());
     if (placesContacts) {

@@ -168,6 +168,13 @@ struct Problem {
         }
         return at;
     }
+    // m/s, world axes: how B's point goes against A's.
+    Vec3<S> velocityAt(const ProblemContact<S>& contact, const ContactGeometry<S>& at) const {
+        const SolverBody<S>& a = bodies[static_cast<std::size_t>(contact.a)];
+        const SolverBody<S>& b = bodies[static_cast<std::size_t>(contact.b)];
+        return b.v.template head<3>() + b.v.template tail<3>().cross(b.pose.rotation * at.onB) -
+               a.v.template head<3>() - a.v.template tail<3>().cross(a.pose.rotation * at.onA);
+    }
     ContactFrame<S> frameOf(const ProblemContact<S>& contact) const {
         return rowKeeper == nullptr ? frames[placeOf(contact)] : rowKeeper->frameOf(placeOf(contact));
     }
@@ -192,6 +199,10 @@ struct Problem {
     // solver places them itself.
     void linearize();
     void linearizeCompact(bool placesContacts = true);
+    // Whether nothing can hold a body: no joint, lock, roll or contact.
+    bool isFree() const { return joints.empty() && locks.empty() && rolls.empty() && contacts.empty(); }
+    // A whole sub-step of what is free.
+    void fly(S h);
     // Finds what the bodies, as heavy as they are now, answer to each row; linearize() ends with it, the other does
     // not.
     void respond();
@@ -296,6 +307,7 @@ private:
         return static_cast<std::size_t>(&contact - contacts.data());
     }
     const Pose<S>& poseOf(int body) const { return bodies[static_cast<std::size_t>(body)].pose; }
+    void refreshInertia();
     void placeContacts();
     void linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     void linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const;

@@ -94,6 +94,11 @@ Auto<S>::Auto(const SolverSettings& settings)
 
 template <class S>
 StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) const {
+    if (problem.isFree()) {
+        return {.substeps = direct_->plan(problem, state, dt).substeps,
+                .reason = PlanReason::Exact,
+                .rests = !direct_->moves(problem)};
+    }
     const double rows = problem.expectedRows();
     const bool moves = direct_->moves(problem) || isPressed(problem);
     // What rests has one answer, which serves on. But what hangs in its first step may be about to fall; and where an

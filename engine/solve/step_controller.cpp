@@ -348,6 +348,9 @@ void StepController<S>::calmDown(double over) {
 
 template <class S>
 bool StepController<S>::isStruck(S dt) const {
+    if (problem_.contacts.empty()) {
+        return false;
+    }
     S fastest = 0;  // m, of a body's points in dt
     S thinnest = infinity<S>();
     for (const SolverBody<S>& s : problem_.bodies) {
@@ -377,8 +380,7 @@ bool StepController<S>::isStruck(S dt) const {
                 return false;
             }
             const ContactGeometry<S> at = problem_.geometryOf(contact, i);
-            const Vec3<S> apart = b.v.template head<3>() + b.v.template tail<3>().cross(b.pose.rotation * at.onB) -
-                                  a.v.template head<3>() - a.v.template tail<3>().cross(a.pose.rotation * at.onA);
+            const Vec3<S> apart = problem_.velocityAt(contact, at);
             isStruck = isStruck || gap + dt * apart.dot(at.direction(a.pose, b.pose)) < -depth;
         }
     }

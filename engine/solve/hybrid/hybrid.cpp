@@ -68,14 +68,9 @@ S worthOfContacts(const Problem<S>& problem, S dt) {
     S fastest = 0;  // (m/s)^2
     S deepest = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {
-        const SolverBody<S>& a = problem.bodies[static_cast<std::size_t>(contact.a)];
-        const SolverBody<S>& b = problem.bodies[static_cast<std::size_t>(contact.b)];
         for (int k = 0; k < contact.count; ++k) {
             const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k);
-            const ContactGeometry<S> at = problem.geometryOf(contact, i);
-            const Vec3<S> apart = b.v.template head<3>() + b.v.template tail<3>().cross(b.pose.rotation * at.onB) -
-                                  a.v.template head<3>() - a.v.template tail<3>().cross(a.pose.rotation * at.onA);
-            fastest = std::max(fastest, apart.squaredNorm());
+            fastest = std::max(fastest, problem.velocityAt(contact, problem.geometryOf(contact, i)).squaredNorm());
             deepest = std::max(deepest, -problem.points[i].separation);
         }
     }

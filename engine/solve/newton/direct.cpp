@@ -344,6 +344,10 @@ template <class S>
 SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     SolveReport report;
     report.directSolves = 1;
+    if (problem.isFree()) {
+        problem.fly(h);
+        return report;
+    }
     problem.predict(h);
     problem.linearize();
     if (resolveImpacts(problem, settings_, h)) {

@@ -17,6 +17,12 @@ template <class S>
 template <class System>
 SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     constexpr bool isCompact = std::is_same_v<System, CompactSweeps<S>>;
+    SolveReport report;
+    report.sweptSolves = 1;
+    if (problem.isFree()) {
+        problem.fly(h);
+        return report;
+    }
     static thread_local System system;
     problem.predict(h);
     system.linearize(problem);
@@ -56,8 +62,6 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
 
     system.writeBodies(problem);
     system.store(problem, h);
-    SolveReport report;
-    report.sweptSolves = 1;
     report.rows = static_cast<int>(system.rowCount(problem));
     report.work = system.work();
     return report;
