@@ -11,7 +11,8 @@ namespace cairn {
 
 // Bodies that are so deep in each other that no other than a mistake put them there: their centres are nearer than this
 // share of their inner radii together. Or both have more neighbours of their size than there is room for
-// (BodyKind::room). Of such pairs each body keeps this many; and as many of those with fixed bodies that it is deep in.
+// (BodyKind::room). Of such pairs each body keeps this many, those of many parts fewer; and as many of those with fixed
+// bodies that it is deep in.
 inline constexpr double deepShare = 0.9;
 inline constexpr int mostDeepNeighbours = 8;
 

@@ -133,6 +133,50 @@ TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
     expectBelow("contact points a box", static_cast<double>(most) / count, 32);
 }
 
+// The few contacts that each keeps lead all through the crowd: bound eight by eight, by rising ids, they were in each other
+// for four seconds.
+TEST(Crowds, NoFewKeepToThemselves) {
+    constexpr int count = 400;
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    TestRandom random(1);
+    const auto off = [&] { return random.uniform(-0.005, 0.005); };
+    for (int i = 0; i < count; ++i) {
+        world.add({.shapes = {box(Vec3d::Constant(0.2))}, .position = {off(), 3 + off(), off()}});
+    }
+    EXPECT_EQ(world.step(1.0 / 60).counts.islands, 1);
+    for (int i = 1; i < 200; ++i) {
+        world.step(1.0 / 60);
+    }
+    EXPECT_EQ(world.report().counts.crowdedPairs, 0);
+    expectBelow("depth, m", world.report().error.maxPenetration, 0.01);
+}
+
+// Two bodies of twenty boxes each, born in each other, touch at hundreds of points.
+TEST(Crowds, OfManyPartsTheyKeepFewerNeighbours) {
+    constexpr int count = 40;
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    TestRandom random(1);
+    const auto within = [&](double reach) {
+        return Vec3d(random.uniform(-reach, reach), random.uniform(-reach, reach), random.uniform(-reach, reach));
+    };
+    for (int i = 0; i < count; ++i) {
+        BodyDef body{.position = Vec3d(0, 3, 0) + within(0.005)};
+        for (int part = 0; part < 20; ++part) {
+            body.shapes.push_back(box(Vec3d::Constant(0.2)));
+            body.shapes.back().pose.position = within(0.5);
+        }
+        world.add(body);
+    }
+    expectBelow("contact points a body", static_cast<double>(world.step(1.0 / 60).counts.contacts) / count, 900);
+    EXPECT_GT(world.report().counts.crowdedPairs, 0);
+    for (int i = 1; i < 120; ++i) {
+        world.step(1.0 / 60);
+    }
+    EXPECT_EQ(world.report().counts.crowdedPairs, 0);
+}
+
 // An exact solution of bodies that pass through each other is not to be had: without a bound a thousand would take 20 s
 // a step.
 TEST(Crowds, DirectDoesNotTryForEver) {
