@@ -226,9 +226,10 @@ private:
     void solveIslands(S dt);
     // What a budget plans by, of one island: its rows and bodies.
     double loadOf(const Island& island) const;
-    double rowsToSolve() const;  // about as many as rows of the islands that are not settled
+    double rowsToSolve();  // about as many as rows of the islands that are not settled; loads_ are theirs
     // Divides the bound on the step's work among the islands: by their rows, and by what they took in the last step.
-    void shareWork();
+    void shareWork(double rows);
+    std::vector<double> loads_;         // by awake island: loadOf() of those that are not settled
     std::vector<double> maxWork_;       // by awake island; empty: no bound
     std::vector<double> roomBeside_;    // m, by body: as far as it may go anywhere in the box that it has
     std::vector<std::uint8_t> isFast_;  // room of catchFastBodies()

@@ -104,7 +104,9 @@ struct AccuracyDef {
     double budget = 0;
     // That choice made anew, in place of the clock. Either may be given by itself.
     int qualityLevel = -1;  // 0 to 11; -1: none
-    double maxWork = 0;  // of a step, as StepCounts::work counts it: solves that would take more are truncated; 0: none
+    // Of a step, as StepCounts::work counts it: solves that would take more are truncated. 0: a generous one
+    // (docs/accuracy.md); 1e300: none.
+    double maxWork = 0;
 };
 
 struct WorldDef {

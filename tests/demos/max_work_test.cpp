@@ -39,5 +39,22 @@ TEST(MaxWork, IsKeptByANet) {
     EXPECT_GT(run.truncatedSteps, 0);
 }
 
+// A micrometre is not to be had of a net of 400 knots: no step is without end where no bound is asked for.
+TEST(MaxWork, IsThereWhereNoneIsAsked) {
+    Scene scene = makeScene("net", {{"side", 20}});
+    scene.world.accuracy.position = 1e-6;
+    const auto simulation = makeSimulation(scene);
+    double most = 0;
+    int truncatedSteps = 0;
+    for (int i = 0; i < 12; ++i) {
+        const StepReport& report = simulation->step(1.0 / 60);
+        most = std::max(most, report.counts.work / 1e8);
+        truncatedSteps += report.counts.truncated > 0 ? 1 : 0;
+        EXPECT_TRUE(report.counts.truncated == 0 || (report.flags & FlagTolerance) != 0U);
+    }
+    expectBelow("work over what is allowed", most, 1.1);
+    EXPECT_GT(truncatedSteps, 0);
+}
+
 }  // namespace
 }  // namespace cairn
