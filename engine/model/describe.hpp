@@ -164,7 +164,7 @@ void describe(A& a, AccuracyDef& d) {
     a.field("coulomb", d.coulomb, {"whether the natural map of Coulomb's law is reported"});
     a.field("budget", d.budget, {"s a step, under auto: the best that fits; 0: not asked", 0});
     a.field("qualityLevel", d.qualityLevel, {"0 to 11: what a budget chose, taken again; -1: none", -1, maxEffort});
-    a.field("maxWork", d.maxWork, {"visits of rows that a step may take, under auto; 0: a generous bound; 1e300: none", 0});
+    a.field("maxWork", d.maxWork, {"visits of rows that a step may take, under auto; 0: a generous bound", 0});
 }
 
 template <class A>

@@ -332,8 +332,8 @@ double World<S>::Impl::rowsToSolve() {
 
 template <class S>
 void World<S>::Impl::shareWork(double rows) {
-    // Visits. Where no bound is asked for, `auto` has one all the same, for errors that are asked and not to be had. The
-    // most that a step has taken is 520 a row where no error is asked, and 46 million where a micrometre is, of a net.
+    // Visits. Where no bound is asked for, `auto` has one all the same, for errors that are not to be had. The most
+    // that a step has taken is 520 a row where no error is asked, and 46 million where a micrometre is, of a net.
     constexpr double mostOfAll = 3000;  // a row
     constexpr double leastOfAll = 1e8;
     maxWork_.clear();

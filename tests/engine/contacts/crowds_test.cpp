@@ -133,8 +133,8 @@ TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
     expectBelow("contact points a box", static_cast<double>(most) / count, 32);
 }
 
-// The few contacts that each keeps lead all through the crowd: bound eight by eight, by rising ids, they were in each other
-// for four seconds.
+// The few contacts that each keeps lead all through the crowd: bound eight by eight, by rising ids, they were in each
+// other for four seconds.
 TEST(Crowds, NoFewKeepToThemselves) {
     constexpr int count = 400;
     Worldd world;
