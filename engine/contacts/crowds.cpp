@@ -43,6 +43,17 @@ int keptNeighbours(const Body<S>& body) {
     return std::clamp(mostDeepNeighbours * fewParts / parts, least, mostDeepNeighbours);
 }
 
+// Calls visit(begin, end) for each run of `list` that is alike by key().
+template <class List, class Key, class Visit>
+void forRuns(const List& list, const Key& key, const Visit& visit) {
+    for (auto begin = list.begin(); begin != list.end();) {
+        const auto end =
+            std::find_if(begin, list.end(), [&, of = key(*begin)](const auto& item) { return key(item) != of; });
+        visit(begin, end);
+        begin = end;
+    }
+}
+
 // What is counted of a body: neighbours of its size that move, and fixed bodies that it is deep in.
 struct Count {
     int moving = 0;
@@ -60,19 +71,13 @@ public:
 
     // Most worlds are told by the ids alone, and most pairs by the first of them: the list is in order.
     bool mayBe() {
-        const auto forRuns = [&](const auto& visit) {
-            for (auto begin = near_.begin(); begin != near_.end();) {
-                const auto end = std::find_if(begin, near_.end(), [&](const auto& pair) { return pair.a != begin->a; });
-                visit(begin, end);
-                begin = end;
-            }
-        };
-        forRuns([&](auto begin, auto end) {
+        const auto first = [](const ProxyPair& pair) { return pair.a; };
+        forRuns(near_, first, [&](auto begin, auto end) {
             counts_[begin->a].moving += static_cast<int>(end - begin);
             std::for_each(begin, end, [&](const ProxyPair& pair) { ++counts_[pair.b].moving; });
         });
         bool any = false;
-        forRuns([&](auto begin, auto end) {
+        forRuns(near_, first, [&](auto begin, auto end) {
             any = any || (counts_[begin->a].moving > mostDeepNeighbours &&
                           std::any_of(begin, end, [&](const auto& pair) { return areMany(pair, Kind::Moving); }));
         });
@@ -114,12 +119,8 @@ public:
               std::vector<std::uint8_t>& crowd) {
         static thread_local std::vector<std::uint8_t> isLeftOut;
         isLeftOut.assign(near_.size(), 0);
-        for (auto begin = crowded.begin(); begin != crowded.end();) {
-            const ProxyId a = near_[*begin].a;
-            const auto end = std::find_if(begin, crowded.end(), [&](std::uint32_t i) { return near_[i].a != a; });
-            keepSome({begin, end}, isLeftOut);
-            begin = end;
-        }
+        const auto first = [&](std::uint32_t i) { return near_[i].a; };
+        forRuns(crowded, first, [&](auto begin, auto end) { keepSome({begin, end}, isLeftOut); });
         crowd.resize(bodies_.slotCount(), 0);
         kept.clear();
         for (std::size_t i = 0; i < near_.size(); ++i) {

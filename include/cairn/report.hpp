@@ -115,7 +115,7 @@ struct StepReport {
     double potentialEnergy = 0;  // J, of gravity, after the step
     std::uint32_t flags = 0;     // StepFlag bits
     int qualityLevel = -1;       // that a budget allowed (AccuracyDef::qualityLevel); -1: no budget
-    double maxWork = 0;          // the bound that a budget set (AccuracyDef::maxWork); 0: none
+    double maxWork = 0;          // the bound that a budget or AccuracyDef set; 0: none was
     StepError error;
     StepCounts counts;
     StepTimes times;

@@ -13,6 +13,18 @@ Worldd crowd(int count) {
     return world;
 }
 
+// Of half extents `half` (m), each within `reach` (m, along each axis) of the one spot.
+Worldd crowdWithin(double reach, double half, int count) {
+    Worldd world;
+    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
+    TestRandom random(1);
+    const auto off = [&] { return random.uniform(-reach, reach); };
+    for (int i = 0; i < count; ++i) {
+        world.add({.shapes = {box(Vec3d::Constant(half))}, .position = {off(), 3 + off(), off()}});
+    }
+    return world;
+}
+
 TEST(Crowds, BoxesBornInOneSpotComeApart) {
     constexpr int count = 80;
     Worldd world = crowd(count);
@@ -119,13 +131,7 @@ TEST(Crowds, WhatIsBornInManyFixedBodiesKeepsContactsWithAFew) {
 // On their way apart they have no more contacts than at the start: a bound on what a step costs.
 TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
     constexpr int count = 250;
-    Worldd world;
-    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
-    TestRandom random(1);
-    const auto off = [&] { return random.uniform(-0.01, 0.01); };
-    for (int i = 0; i < count; ++i) {
-        world.add({.shapes = {box(Vec3d::Constant(0.5))}, .position = {off(), 3 + off(), off()}});
-    }
+    Worldd world = crowdWithin(0.01, 0.5, count);
     int most = 0;
     for (int i = 0; i < 60; ++i) {
         most = std::max(most, world.step(1.0 / 60).counts.contacts);
@@ -137,13 +143,7 @@ TEST(Crowds, WhatComesApartHasNoMoreContactsThanThereIsRoomFor) {
 // other for four seconds.
 TEST(Crowds, NoFewKeepToThemselves) {
     constexpr int count = 400;
-    Worldd world;
-    world.add({.type = BodyType::Static, .shapes = {halfSpace(Vec3d::UnitY(), 0)}});
-    TestRandom random(1);
-    const auto off = [&] { return random.uniform(-0.005, 0.005); };
-    for (int i = 0; i < count; ++i) {
-        world.add({.shapes = {box(Vec3d::Constant(0.2))}, .position = {off(), 3 + off(), off()}});
-    }
+    Worldd world = crowdWithin(0.005, 0.2, count);
     EXPECT_EQ(world.step(1.0 / 60).counts.islands, 1);
     for (int i = 1; i < 200; ++i) {
         world.step(1.0 / 60);
