@@ -420,13 +420,14 @@ void Problem<S>::storeJointLambda(S h) {
     for (const auto& [point, impact] : impacts_) {
         pointGiven_[point] += impact;
     }
-    jointLambda.clear();
     const std::size_t held = joints.size() + locks.size();
-    for (std::size_t k = 0; k < static_cast<std::size_t>(jointBlocks); ++k) {
+    jointLambda.resize(held > 0 ? static_cast<std::size_t>(blocks[held - 1].first + blocks[held - 1].count) : 0);
+    forEach(static_cast<std::size_t>(jointBlocks), [&](std::size_t k) {
         for (int r = 0; r < blocks[k].count; ++r) {
-            const Row<S>& row = rows[static_cast<std::size_t>(blocks[k].first + r)];
+            const std::size_t i = static_cast<std::size_t>(blocks[k].first + r);
+            const Row<S>& row = rows[i];
             if (k < held) {
-                jointLambda.push_back(row.lambda);
+                jointLambda[i] = row.lambda;
             } else {
                 rolls[k - held].lambda[static_cast<std::size_t>(r)] = row.lambda;
             }
@@ -435,7 +436,7 @@ void Problem<S>::storeJointLambda(S h) {
                 jointGiven_[k].b += h * row.lambda * row.b;
             }
         }
-    }
+    });
 }
 
 template <class S>

@@ -273,6 +273,26 @@ struct Problem {
             parallelFor(*jobs, count, grain, body);
         }
     }
+    // Calls visit(k) for the blocks of joints, locks and rolls in their order, but for those of a colour: calls at one
+    // time have no moving body in common.
+    template <class Visit>
+    void forJointBlocks(const Visit& visit) const {
+        std::size_t next = 0;
+        std::size_t begin = 0;
+        for (std::size_t colour = 0; colour + 1 < jointColours.size(); ++colour) {
+            const auto first = jointOrder.begin() + static_cast<std::ptrdiff_t>(begin);
+            const auto last = jointOrder.begin() + static_cast<std::ptrdiff_t>(jointColours[colour]);
+            // The joints come first, in the order of their colours.
+            const std::size_t count = static_cast<std::size_t>(
+                std::count_if(first, last, [&](std::uint32_t block) { return block < joints.size(); }));
+            forEach(count, [&](std::size_t i) { visit(next + i); });
+            next += count;
+            begin = jointColours[colour];
+        }
+        for (; next < static_cast<std::size_t>(jointBlocks); ++next) {
+            visit(next);
+        }
+    }
     // Sums part(begin, end) over [0, count): the same bits for any number of threads.
     template <class T, class Part>
     T sum(std::size_t count, T zero, Part&& part) const {

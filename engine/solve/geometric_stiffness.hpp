@@ -24,12 +24,13 @@ Vec3<S> geometricStiffness(const Vec3<S>& force, const Vec3<S>& arm) {
 // left as it is; what is added is only what goes beyond.
 template <class S>
 void addGeometricStiffness(Problem<S>& problem, S h, S freePhase = S(0)) {
-    for (SolverBody<S>& body : problem.bodies) {
+    problem.forEach(problem.bodies.size(), [&](std::size_t i) {
+        SolverBody<S>& body = problem.bodies[i];
         if (!body.fixed && !body.stiffening.isZero()) {
             body.refreshInertia();
         }
-    }
-    for (std::size_t k = 0; k < static_cast<std::size_t>(problem.jointBlocks); ++k) {
+    });
+    problem.forJointBlocks([&](std::size_t k) {
         const RowBlock<S>& block = problem.blocks[k];
         Vec3<S> force = Vec3<S>::Zero();  // on b
         for (int r = 0; r < block.pointRows; ++r) {
@@ -44,10 +45,11 @@ void addGeometricStiffness(Problem<S>& problem, S h, S freePhase = S(0)) {
                 body.inertia.diagonal() += stiff;
             }
         }
-    }
-    for (SolverBody<S>& body : problem.bodies) {
+    });
+    problem.forEach(problem.bodies.size(), [&](std::size_t i) {
+        SolverBody<S>& body = problem.bodies[i];
         if (body.stiffening.isZero()) {
-            continue;
+            return;
         }
         if (freePhase > S(0)) {
             const Vec3<S> inertia = body.inertia.diagonal() - body.stiffening;
@@ -55,7 +57,7 @@ void addGeometricStiffness(Problem<S>& problem, S h, S freePhase = S(0)) {
             body.inertia.diagonal() = inertia + body.stiffening;
         }
         body.inverseInertia = inverseOf(body.inertia);
-    }
+    });
 }
 
 }  // namespace cairn

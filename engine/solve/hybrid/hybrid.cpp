@@ -116,9 +116,9 @@ private:
         settings.def.geometricStiffness = true;
         return settings;
     }
-    void begin(Problem<S>& problem, CompactSweeps<S>& system, S h) override {
+    PushOutSpring<S> begin(Problem<S>& problem, const PushOutSpring<S>& spring, S h) override {
         if (problem.rows.empty()) {
-            return;
+            return spring;
         }
         if (!problem.memory.hybrid) {
             problem.memory.hybrid = std::make_shared<HybridMemory<S>>();
@@ -133,9 +133,8 @@ private:
         }
         const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
         const S time = std::max(h, static_cast<S>(problem.limits.closingTime));
-        system.joints().pushOut(problem, memory.isExact
-                                             ? PushOutSpring<S>{S(1) / time, S(1) / regularisation<S>, maxSpeed}
-                                             : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed));
+        return memory.isExact ? PushOutSpring<S>{S(1) / time, S(1) / regularisation<S>, maxSpeed}
+                              : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed);
     }
     bool readsResponses(const Problem<S>& problem) const override {
         return !problem.rows.empty() && problem.memory.hybrid->isExact;

@@ -6,20 +6,20 @@ namespace {
 // Times that rows come to their bounds in one solve; each is a factor, and what is left the next solve finds.
 constexpr int maxPasses = 3;
 
-// M^-1 of the gradient of a row by the k-th body of its block.
-template <class S>
-Vec6<S> bodyResponse(const RowResponse<S>& response, const RowBlock<S>& block, bool isB) {
+// Of a row's gradient, or what it does to the twists, what is of one of its two bodies.
+template <class S, class Row>
+[[gnu::always_inline]] inline Vec6<double> partOf(const Row& row, const RowBlock<S>& block, bool isB) {
     if (!block.particles) {
-        return isB ? response.b : response.a;
+        return (isB ? row.b : row.a).template cast<double>();
     }
-    Vec6<S> dv = Vec6<S>::Zero();
-    dv.template head<3>() = response.a.template segment<3>(isB ? 3 : 0);
-    return dv;
+    Vec6<double> part = Vec6<double>::Zero();
+    part.template head<3>() = row.a.template segment<3>(isB ? 3 : 0).template cast<double>();
+    return part;
 }
 
-template <class S>
-bool isBounded(const RowTerms<S>& t) {
-    return t.lo > -infinity<S>() || t.hi < infinity<S>();
+template <class Bounds>  // a row or its terms
+bool isBounded(const Bounds& t) {
+    return t.lo > -infinity<decltype(t.lo)>() || t.hi < infinity<decltype(t.hi)>();
 }
 
 // Friction of a joint: within its bounds it says what the others do, and to and fro beyond them; sweeps are enough.
@@ -51,7 +51,7 @@ bool JointSolve<S>::begin(const Problem<S>& problem, double maxWork) {
         graph_[k] = {node(block.a), node(block.b)};
         active_[k].clear();
     }
-    right_.resize(problem.rows.size());
+    hasBounds_ = std::any_of(problem.rows.begin(), problem.rows.end(), isBounded<Row<S>>);
     return factor_.analyse(graph_, counts_, problem.bodies.size(), maxWork);
 }
 
@@ -100,11 +100,9 @@ bool JointSolve<S>::factor(const Problem<S>& problem, const RowSweeps<S>& rows) 
         const RowBlock<S>& column = problem.blocks[at(sum.column)];
         const std::vector<int>& rowsOfColumn = active_[at(sum.column)];
         for (std::size_t c = 0; c < rowsOfColumn.size(); ++c) {
-            const Vec6<double> response =
-                bodyResponse(problem.responses[at(rowsOfColumn[c])], column, sum.columnIsB).template cast<double>();
+            const Vec6<double> response = partOf(problem.responses[at(rowsOfColumn[c])], column, sum.columnIsB);
             for (std::size_t r = 0; r < active_[at(sum.row)].size(); ++r) {
-                const Row<S>& one = problem.rows[at(active_[at(sum.row)][r])];
-                out(r, c) += bodyGradient(one, row, sum.rowIsB ? 1 : 0).template cast<double>().dot(response);
+                out(r, c) += partOf(problem.rows[at(active_[at(sum.row)][r])], row, sum.rowIsB).dot(response);
             }
         }
     }
@@ -120,19 +118,21 @@ bool JointSolve<S>::factor(const Problem<S>& problem, const RowSweeps<S>& rows) 
 template <class S>
 bool JointSolve<S>::solveActive(const Problem<S>& problem, RowSweeps<S>& rows) {
     for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        double* right = factor_.right(k);
         for (const int r : active_[k]) {
             const std::size_t i = at(r);
-            right_[i] = -static_cast<double>(rows.rowVelocity(problem.rows[i], problem.blocks[k]) + rows.terms[i].bias +
-                                             rows.terms[i].softness * rows.p[i]);
+            *right++ = -static_cast<double>(rows.rowVelocity(problem.rows[i], problem.blocks[k]) + rows.terms[i].bias +
+                                            rows.terms[i].softness * rows.p[i]);
         }
     }
-    factor_.substitute(active_, right_);
+    factor_.substitute();
     bool holds = true;
     for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+        const double* change = factor_.right(k);
         const auto leaves = [&](int r) {
             const std::size_t i = at(r);
             const RowTerms<S>& t = rows.terms[i];
-            const S wanted = rows.p[i] + static_cast<S>(right_[i]);
+            const S wanted = rows.p[i] + static_cast<S>(*change++);
             const S next = std::clamp(wanted, t.lo, t.hi);
             rows.push(problem, i, problem.blocks[k], next - rows.p[i]);
             rows.p[i] = next;
@@ -146,7 +146,9 @@ bool JointSolve<S>::solveActive(const Problem<S>& problem, RowSweeps<S>& rows) {
 
 template <class S>
 void JointSolve<S>::solve(const Problem<S>& problem, RowSweeps<S>& rows) {
-    isFactored_ = !chooseActive(problem, rows) && isFactored_;
+    if (hasBounds_ || !isFactored_) {
+        isFactored_ = !chooseActive(problem, rows) && isFactored_;
+    }
     for (int pass = 0; pass < maxPasses; ++pass) {
         if (!isFactored_) {
             isFactored_ = factor(problem, rows);

@@ -30,7 +30,7 @@ private:
     std::vector<int> counts_;
     JointFactor::Rows active_;
     JointFactor::Rows candidates_;
-    std::vector<double> right_;
+    bool hasBounds_ = false;  // some row has: without, the active ones are always the same
     bool isFactored_ = false;
 };
 

@@ -5,9 +5,8 @@
 // instruction sets have the same bits, and in double those of the scalar code (test ContactKernels.*). Of three
 // products of floats Eigen adds the last two first. Plain pointers and no Eigen: its layout changes under the
 // instruction sets that these are compiled for.
-#include <cstddef>
-#include <cstdint>
-#include <type_traits>
+#include "engine/solve/kernels/lanes.hpp"
+
 #include <vector>
 
 namespace cairn {
@@ -15,8 +14,8 @@ namespace cairn {
 // Contacts of one colour, all with `count` points or fewer: bodies, and the frame in this sub-step.
 template <class S>
 struct alignas(64) ContactPack {
-    static constexpr std::size_t width = 64 / sizeof(S);
-    using Index = std::conditional_t<sizeof(S) == 8, std::int64_t, std::int32_t>;
+    static constexpr std::size_t width = laneCount<S>;
+    using Index = LaneIndex<S>;
 
     S normal[3][width];
     S tangent1[3][width];

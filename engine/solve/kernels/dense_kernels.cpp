@@ -14,15 +14,15 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Lanes = hn::CappedTag<double, 8>;
 
-// A tile of out stays in registers while all of `inner` is summed.
-template <std::size_t tileRows, std::size_t tileVectors>
+// A tile of out stays in registers while all of `inner` is summed. fromZero: out is not read, and taken for zero.
+template <std::size_t tileRows, std::size_t tileVectors, bool fromZero>
 HWY_INLINE void subtractTile(DenseRows out, DenseView left, DenseRows right, std::size_t inner) {
     const Lanes d;
     const std::size_t width = hn::Lanes(d);
     hn::Vec<Lanes> sum[tileRows][tileVectors];
     for (std::size_t r = 0; r < tileRows; ++r) {
         for (std::size_t v = 0; v < tileVectors; ++v) {
-            sum[r][v] = hn::LoadU(d, out.at + r * out.rowStep + v * width);
+            sum[r][v] = fromZero ? hn::Zero(d) : hn::LoadU(d, out.at + r * out.rowStep + v * width);
         }
     }
     for (std::size_t l = 0; l < inner; ++l) {
@@ -44,27 +44,27 @@ HWY_INLINE void subtractTile(DenseRows out, DenseView left, DenseRows right, std
     }
 }
 
-template <std::size_t tileRows>
+template <std::size_t tileRows, bool fromZero>
 HWY_INLINE void subtractRows(DenseRows out, DenseView left, DenseRows right, std::size_t inner, std::size_t columns) {
     const std::size_t width = hn::Lanes(Lanes());
     std::size_t c = 0;
     // As many sums at once as keep both units busy.
     constexpr std::size_t wide = 8 / tileRows;
     for (; wide > 2 && c + wide * width <= columns; c += wide * width) {
-        subtractTile<tileRows, wide>({out.at + c, out.rowStep}, left, {right.at + c, right.rowStep}, inner);
+        subtractTile<tileRows, wide, fromZero>({out.at + c, out.rowStep}, left, {right.at + c, right.rowStep}, inner);
     }
     for (; wide > 4 && c + 4 * width <= columns; c += 4 * width) {
-        subtractTile<tileRows, 4>({out.at + c, out.rowStep}, left, {right.at + c, right.rowStep}, inner);
+        subtractTile<tileRows, 4, fromZero>({out.at + c, out.rowStep}, left, {right.at + c, right.rowStep}, inner);
     }
     for (; c + 2 * width <= columns; c += 2 * width) {
-        subtractTile<tileRows, 2>({out.at + c, out.rowStep}, left, {right.at + c, right.rowStep}, inner);
+        subtractTile<tileRows, 2, fromZero>({out.at + c, out.rowStep}, left, {right.at + c, right.rowStep}, inner);
     }
     for (; c + width <= columns; c += width) {
-        subtractTile<tileRows, 1>({out.at + c, out.rowStep}, left, {right.at + c, right.rowStep}, inner);
+        subtractTile<tileRows, 1, fromZero>({out.at + c, out.rowStep}, left, {right.at + c, right.rowStep}, inner);
     }
     for (; c < columns; ++c) {
         for (std::size_t r = 0; r < tileRows; ++r) {
-            double sum = out.at[r * out.rowStep + c];
+            double sum = fromZero ? 0.0 : out.at[r * out.rowStep + c];
             for (std::size_t l = 0; l < inner; ++l) {
                 sum -= left.at[r * left.rowStep + l * left.columnStep] * right.at[l * right.rowStep + c];
             }
@@ -73,17 +73,19 @@ HWY_INLINE void subtractRows(DenseRows out, DenseView left, DenseRows right, std
     }
 }
 
-void subtractProduct(DenseRows out, DenseView left, DenseRows right, std::size_t rows, std::size_t inner,
-                     std::size_t columns) {
+template <bool fromZero>
+void subtractOf(DenseRows out, DenseView left, DenseRows right, std::size_t rows, std::size_t inner,
+                std::size_t columns) {
     constexpr std::size_t tile = 4;
     std::size_t r = 0;
     for (; r + tile <= rows; r += tile) {
-        subtractRows<tile>({out.at + r * out.rowStep, out.rowStep},
-                           {left.at + r * left.rowStep, left.rowStep, left.columnStep}, right, inner, columns);
+        subtractRows<tile, fromZero>({out.at + r * out.rowStep, out.rowStep},
+                                     {left.at + r * left.rowStep, left.rowStep, left.columnStep}, right, inner,
+                                     columns);
     }
     for (; r < rows; ++r) {
-        subtractRows<1>({out.at + r * out.rowStep, out.rowStep},
-                        {left.at + r * left.rowStep, left.rowStep, left.columnStep}, right, inner, columns);
+        subtractRows<1, fromZero>({out.at + r * out.rowStep, out.rowStep},
+                                  {left.at + r * left.rowStep, left.rowStep, left.columnStep}, right, inner, columns);
     }
 }
 
@@ -131,7 +133,7 @@ void subtractDots(double* out, DenseRows matrix, const double* x, std::size_t ro
 }
 
 DenseKernels kernels() {
-    return {hwy::TargetName(HWY_TARGET), subtractProduct, subtractDots};
+    return {hwy::TargetName(HWY_TARGET), subtractOf<false>, subtractOf<true>, subtractDots};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -25,6 +25,9 @@ struct DenseKernels {
     // out (rows x columns) <- out - left (rows x inner) right (inner x columns); `right` is only read.
     void (*subtractProduct)(DenseRows out, DenseView left, DenseRows right, std::size_t rows, std::size_t inner,
                             std::size_t columns);
+    // The same of an `out` of zeros, which is not read.
+    void (*negativeProduct)(DenseRows out, DenseView left, DenseRows right, std::size_t rows, std::size_t inner,
+                            std::size_t columns);
     // out (rows) <- out - matrix (rows x columns) x. Eight sums a row, of each eighth column, then of those.
     void (*subtractDots)(double* out, DenseRows matrix, const double* x, std::size_t rows, std::size_t columns);
 };

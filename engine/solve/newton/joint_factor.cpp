@@ -78,20 +78,4 @@ SparseFactor::Block JointFactor::block(const Sum& sum) {
     return sum.row < sum.column ? factor_.edge(edge) : factor_.transposedEdge(edge);
 }
 
-void JointFactor::substitute(const Rows& active, std::vector<double>& right) {
-    for (std::size_t k = 0; k < active.size(); ++k) {
-        double* to = factor_.right(static_cast<int>(k));
-        for (const int row : active[k]) {
-            *to++ = right[static_cast<std::size_t>(row)];
-        }
-    }
-    factor_.substitute();
-    for (std::size_t k = 0; k < active.size(); ++k) {
-        const double* from = factor_.right(static_cast<int>(k));
-        for (const int row : active[k]) {
-            right[static_cast<std::size_t>(row)] = *from++;
-        }
-    }
-}
-
 }  // namespace cairn

@@ -30,8 +30,9 @@ public:
     SparseFactor::Block diagonal(std::size_t joint) { return factor_.diagonal(static_cast<int>(joint)); }
     // Turns the matrix into its factor. False: it is singular.
     bool factor() { return factor_.factor(); }
-    // Replaces `right` (by row of all joints) by what solves the matrix, at the rows that it was factored for.
-    void substitute(const Rows& active, std::vector<double>& right);
+    // The right-hand side at the active rows of a joint, to be written; the solution there after substitute().
+    double* right(std::size_t joint) { return factor_.right(static_cast<int>(joint)); }
+    void substitute() { factor_.substitute(); }
 
 private:
     SparseFactor::Kind kind_;

@@ -316,23 +316,26 @@ bool JointNewton<S>::newtonStep() {
         const Vec6<double>& a = moved_[at(endBlocks_[k].a)];
         const Vec6<double>& b = moved_[at(endBlocks_[k].b)];
         const SparseFactor::Block diagonal = factor_.diagonal(k);
+        double* const right = factor_.right(k);
         for (std::size_t r = 0; r < active_[k].size(); ++r) {
-            const int i = active_[k][r];
-            const JointRow& row = rows_[at(i)];
+            const JointRow& row = rows_[at(active_[k][r])];
             diagonal(r, r) = diagonal(r, r) * (1 + redundant) + row.terms.softness;
-            right_[at(i)] = -row.u - row.endA.dot(a) - row.endB.dot(b);
+            right[r] = -row.u - row.endA.dot(a) - row.endB.dot(b);
         }
     }
     if (!factor_.factor()) {
         return false;
     }
-    factor_.substitute(active_, right_);
+    factor_.substitute();
     for (std::size_t k = 0; k < active_.size(); ++k) {
+        Vec6<double>& a = moved_[at(endBlocks_[k].a)];
+        Vec6<double>& b = moved_[at(endBlocks_[k].b)];
+        const double* change = factor_.right(k);
         for (const int i : active_[k]) {
             JointRow& row = rows_[at(i)];
-            row.p += right_[at(i)];
-            moved_[at(endBlocks_[k].a)] += right_[at(i)] * row.giveA;
-            moved_[at(endBlocks_[k].b)] += right_[at(i)] * row.giveB;
+            row.p += *change;
+            a += *change * row.giveA;
+            b += *change++ * row.giveB;
         }
     }
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
@@ -378,7 +381,6 @@ void JointNewton<S>::start(Problem<S>& problem, S h, const JointNewtonOptions& o
     }
     const RowBlock<S>& last = problem.blocks[graph_.size() - 1];
     rows_.resize(at(last.first + last.count));
-    right_.resize(rows_.size());
     active_.resize(graph_.size());
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         const Row<S>& row = problem.rows[i];

@@ -103,7 +103,6 @@ private:
     std::vector<Pose<S>> start_;
     std::vector<Row<S>> endRows_;
     std::vector<RowBlock<S>> endBlocks_;
-    std::vector<double> right_;
     std::vector<Vec6<double>> moved_;
     std::vector<double> moments_;  // N m, of each body
     double lag_ = 0;

@@ -14,9 +14,13 @@ std::size_t padded(std::size_t columns) {
 
 using SmallBlock = std::array<double, SparseFactor::maxRows * SparseFactor::maxRows>;
 
+// As many as most joints have, a constant of which loops are unrolled.
+using Three = std::integral_constant<std::size_t, 3>;
+
 // Replaces the matrix (row-major, size x size) by its inverse; false if it has none to working precision, or, without
 // pivots, is not positive.
-bool invert(SmallBlock& m, std::size_t size, bool pivots) {
+template <class Size>
+bool invert(SmallBlock& m, Size size, bool pivots) {
     std::array<std::size_t, SparseFactor::maxRows> swapped{};
     for (std::size_t k = 0; k < size; ++k) {
         std::size_t pivot = k;
@@ -58,11 +62,10 @@ bool invert(SmallBlock& m, std::size_t size, bool pivots) {
                        [](double value) { return std::isfinite(value); });
 }
 
-// f(count), a constant where it is the three rows of most joints, so that loops over it are unrolled.
 template <class F>
 [[gnu::always_inline]] inline void withRows(std::size_t count, F f) {
     if (count == 3) {
-        f(std::integral_constant<std::size_t, 3>());
+        f(Three());
     } else {
         f(count);
     }
@@ -92,6 +95,18 @@ template <class Count>
     const auto product = [&](std::size_t i) { return i < count ? a[i] * b[i] : 0.0; };
     const double first = (product(0) + product(1)) + (product(2) + product(3));
     return count > 4 ? first + ((product(4) + product(5)) + (product(6) + product(7))) : first;
+}
+
+// to (3 x 3) <- to - left^T right, of three rows each.
+[[gnu::always_inline]] inline void subtractBlock(double* to, std::size_t step, DenseRows left, DenseRows right) {
+    const double* l = left.at;
+    const double* r = right.at;
+    for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            to[row * step + c] += -l[row] * r[c] - l[left.rowStep + row] * r[right.rowStep + c] -
+                                  l[2 * left.rowStep + row] * r[2 * right.rowStep + c];
+        }
+    }
 }
 
 }  // namespace
@@ -137,6 +152,7 @@ void SparseFactor::layOut() {
     }
     right_.assign(x, 0.0);
     laterRow_.resize(later_.size());
+    laterX_.resize(later_.size());
     std::size_t size = 0;
     for (Supernode& s : supernodes_) {
         s.m = 0;
@@ -145,10 +161,15 @@ void SparseFactor::layOut() {
             s.m += count_[place];
         }
         s.n = 0;
+        s.x = xOf_[at(s.begin)];
+        s.isThree = s.end - s.begin == 1 && s.m == 3;
         for (std::size_t k = s.later; k < s.laterEnd; ++k) {
             laterRow_[k] = s.n;
+            laterX_[k] = xOf_[at(later_[k])];
             s.n += count_[at(later_[k])];
+            s.isThree = s.isThree && count_[at(later_[k])] == 3;
         }
+        s.isThree = s.isThree && isSmall(s);
         s.step = padded(s.n);
         s.pivot = size;
         s.upper = s.pivot + s.m * s.m;
@@ -188,14 +209,17 @@ SparseFactor::Block SparseFactor::block(std::size_t edge, bool transposed) {
 bool SparseFactor::factor() {
     for (std::size_t k = 0; k < supernodes_.size(); ++k) {
         const Supernode& s = supernodes_[k];
-        if (isNew_[k] != 0 && !eliminate(s)) {
+        const bool isOfThree = s.isThree || (kind_ == Kind::Positive && s.end - s.begin == 1 && s.m == 3);
+        if (isNew_[k] != 0 && !(isOfThree ? eliminateThree(s) : eliminate(s))) {
             return false;
         }
         const auto first = groups_.begin() + static_cast<std::ptrdiff_t>(s.groups);
         const auto last = groups_.begin() + static_cast<std::ptrdiff_t>(s.groupEnd);
         if (s.m > 0 && s.n > 0 &&
             std::any_of(first, last, [&](const Group& group) { return isNew_[at(group.target)] != 0; })) {
-            if (kind_ == Kind::Positive && s.m <= fewRows && isSmall(s)) {
+            if (s.isThree) {
+                updateThree(s);
+            } else if (kind_ == Kind::Positive && s.m <= fewRows && isSmall(s)) {
                 updateByFew(s);
             } else {
                 update(s);
@@ -260,12 +284,73 @@ bool SparseFactor::eliminate(const Supernode& s) {
     return true;
 }
 
+bool SparseFactor::eliminateThree(const Supernode& s) {
+    double* pivot = matrix_.data() + s.pivot;
+    if (kind_ == Kind::Positive) {
+        pivot[3] = pivot[1];
+        pivot[6] = pivot[2];
+        pivot[7] = pivot[5];
+    }
+    SmallBlock inverse;
+    std::copy_n(pivot, 9, inverse.data());
+    if (!invert(inverse, Three(), kind_ == Kind::General)) {
+        return false;
+    }
+    std::copy_n(inverse.data(), 9, pivot);
+    double* lower = matrix_.data() + s.lower;
+    for (std::size_t c = 0; kind_ == Kind::General && c < s.n; ++c) {
+        const std::array<double, 3> own = {lower[c], lower[s.step + c], lower[2 * s.step + c]};
+        for (std::size_t r = 0; r < 3; ++r) {
+            lower[r * s.step + c] = inverse[r] * own[0] + inverse[3 + r] * own[1] + inverse[6 + r] * own[2];
+        }
+    }
+    return true;
+}
+
+void SparseFactor::updateThree(const Supernode& s) {
+    const DenseRows upper{matrix_.data() + s.upper, s.step};
+    DenseRows lower{matrix_.data() + s.lower, s.step};
+    std::array<double, 3 * widest> scaled;  // D^-1 times the upper panel
+    if (kind_ == Kind::Positive) {
+        const double* inverse = matrix_.data() + s.pivot;
+        for (std::size_t r = 0; r < 3; ++r) {
+            for (std::size_t c = 0; c < s.n; ++c) {
+                scaled[r * widest + c] = inverse[3 * r] * upper.at[c] + inverse[3 * r + 1] * upper.at[s.step + c] +
+                                         inverse[3 * r + 2] * upper.at[2 * s.step + c];
+            }
+        }
+        lower = {scaled.data(), widest};
+    }
+    const auto columns = [&](DenseRows panel, std::size_t k) -> DenseRows {
+        return {panel.at + laterRow_[k], panel.rowStep};
+    };
+    for (std::size_t g = s.groups; g < s.groupEnd; ++g) {
+        const Group& group = groups_[g];
+        const Supernode& target = supernodes_[at(group.target)];
+        for (std::size_t i = group.begin; i < group.end && isNew_[at(group.target)] != 0; ++i) {
+            const std::size_t row = rowOf_[at(later_[i])];
+            double* pivot = matrix_.data() + target.pivot + row * target.m;
+            for (std::size_t k = group.begin; k < group.end; ++k) {
+                subtractBlock(pivot + rowOf_[at(later_[k])], target.m, columns(lower, i), columns(upper, k));
+            }
+            for (std::size_t k = group.end; k < s.laterEnd; ++k) {
+                const std::size_t to = row * target.step + laterRow_[relative_[group.relative + (k - group.end)]];
+                subtractBlock(matrix_.data() + target.upper + to, target.step, columns(lower, i), columns(upper, k));
+                if (kind_ == Kind::General) {
+                    subtractBlock(matrix_.data() + target.lower + to, target.step, columns(upper, i),
+                                  columns(lower, k));
+                }
+            }
+        }
+    }
+}
+
 void SparseFactor::update(const Supernode& s) {
-    const auto& subtractProduct = denseKernels().subtractProduct;
+    const auto& negativeProduct = denseKernels().negativeProduct;
     double* upper = matrix_.data() + s.upper;
     double* lower = matrix_.data() + s.lower;
     if (kind_ == Kind::Positive) {
-        scaled_.assign(s.m * s.step, 0.0);
+        scaled_.resize(std::max(scaled_.size(), s.m * s.step));
         lower = scaled_.data();
         for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
             const std::size_t row = rowOf_[place];
@@ -276,7 +361,7 @@ void SparseFactor::update(const Supernode& s) {
                     negative[r * maxRows + c] = -inverse[r * s.m + c];
                 }
             }
-            subtractProduct({lower + row * s.step, s.step}, {negative.data(), maxRows, 1},
+            negativeProduct({lower + row * s.step, s.step}, {negative.data(), maxRows, 1},
                             {upper + row * s.step, s.step}, count_[place], count_[place], s.step);
         }
     }
@@ -289,8 +374,8 @@ void SparseFactor::update(const Supernode& s) {
         const std::size_t end = group.end < s.laterEnd ? laterRow_[group.end] : s.n;
         const auto multiply = [&](double* left, double* right, std::size_t from, bool isUpper) {
             const std::size_t columns = padded(s.n - from);
-            product_.assign((end - first) * columns, 0.0);
-            subtractProduct({product_.data(), columns}, {left + first, 1, s.step}, {right + from, s.step}, end - first,
+            product_.resize(std::max(product_.size(), (end - first) * columns));
+            negativeProduct({product_.data(), columns}, {left + first, 1, s.step}, {right + from, s.step}, end - first,
                             s.m, columns);
             scatter(s, group, isUpper);
         };
@@ -360,30 +445,34 @@ void SparseFactor::scatter(const Supernode& s, const Group& group, bool isUpper)
     const std::size_t columns = padded(s.n - from);
     for (std::size_t i = group.begin; i < group.end; ++i) {
         const std::size_t place = at(later_[i]);
-        for (std::size_t r = 0; r < count_[place]; ++r) {
-            const double* product = product_.data() + (laterRow_[i] - first + r) * columns;
-            const auto add = [&](double* to, std::size_t k) {
-                const double* mine = product + (laterRow_[k] - from);
-                const std::size_t count = count_[at(later_[k])];
-                for (std::size_t c = 0; c < count; ++c) {
-                    to[c] += mine[c];
+        const double* product = product_.data() + (laterRow_[i] - first) * columns;
+        const auto add = [&](DenseRows to, std::size_t k) {
+            const double* mine = product + (laterRow_[k] - from);
+            withRows(count_[at(later_[k])], [&](auto count) {
+                for (std::size_t r = 0; r < count_[place]; ++r) {
+                    for (std::size_t c = 0; c < count; ++c) {
+                        to.at[r * to.rowStep + c] += mine[r * columns + c];
+                    }
                 }
-            };
-            const std::size_t row = rowOf_[place] + r;
-            for (std::size_t k = isUpper ? group.begin : group.end; k < group.end; ++k) {
-                add(matrix_.data() + target.pivot + row * target.m + rowOf_[at(later_[k])], k);
-            }
-            double* panel = matrix_.data() + (isUpper ? target.upper : target.lower) + row * target.step;
-            for (std::size_t k = group.end; k < s.laterEnd; ++k) {
-                add(panel + laterRow_[relative_[group.relative + (k - group.end)]], k);
-            }
+            });
+        };
+        const std::size_t row = rowOf_[place];
+        double* pivot = matrix_.data() + target.pivot + row * target.m;
+        for (std::size_t k = isUpper ? group.begin : group.end; k < group.end; ++k) {
+            add({pivot + rowOf_[at(later_[k])], target.m}, k);
+        }
+        double* panel = matrix_.data() + (isUpper ? target.upper : target.lower) + row * target.step;
+        for (std::size_t k = group.end; k < s.laterEnd; ++k) {
+            add({panel + laterRow_[relative_[group.relative + (k - group.end)]], target.step}, k);
         }
     }
 }
 
 void SparseFactor::substitute() {
     for (const Supernode& s : supernodes_) {
-        if (isSmall(s)) {
+        if (s.isThree) {
+            substituteThreeForward(s);
+        } else if (isSmall(s)) {
             substituteFewForward(s);
         } else {
             substituteForward(s);
@@ -391,7 +480,9 @@ void SparseFactor::substitute() {
     }
     for (std::size_t i = supernodes_.size(); i-- > 0;) {
         const Supernode& s = supernodes_[i];
-        if (isSmall(s)) {
+        if (s.isThree) {
+            substituteThreeBackward(s);
+        } else if (isSmall(s)) {
             substituteFewBackward(s);
         } else {
             substituteBackward(s);
@@ -424,9 +515,9 @@ void SparseFactor::takeOwn(const Supernode& s, double* scaled) {
 void SparseFactor::substituteForward(const Supernode& s) {
     scaled_.resize(std::max(scaled_.size(), s.m));
     takeOwn(s, scaled_.data());
-    product_.assign(s.step, 0.0);
+    product_.resize(std::max(product_.size(), s.step));
     double* panel = matrix_.data() + (kind_ == Kind::Positive ? s.upper : s.lower);
-    denseKernels().subtractProduct({product_.data(), s.step}, {scaled_.data(), 0, 1}, {panel, s.step}, 1, s.m, s.step);
+    denseKernels().negativeProduct({product_.data(), s.step}, {scaled_.data(), 0, 1}, {panel, s.step}, 1, s.m, s.step);
     for (std::size_t k = s.later; k < s.laterEnd; ++k) {
         const std::size_t place = at(later_[k]);
         for (std::size_t c = 0; c < count_[place]; ++c) {
@@ -458,10 +549,10 @@ void SparseFactor::substituteFewForward(const Supernode& s) {
 void SparseFactor::substituteBackward(const Supernode& s) {
     const auto& subtractDots = denseKernels().subtractDots;
     double* x = right_.data() + xOf_[at(s.begin)];
-    product_.assign(s.step, 0.0);
+    product_.resize(std::max(product_.size(), s.step));
+    std::fill_n(product_.begin(), s.step, 0.0);
     for (std::size_t k = s.later; k < s.laterEnd; ++k) {
-        const std::size_t place = at(later_[k]);
-        std::copy_n(right_.begin() + static_cast<std::ptrdiff_t>(xOf_[place]), count_[place],
+        std::copy_n(right_.begin() + static_cast<std::ptrdiff_t>(laterX_[k]), count_[at(later_[k])],
                     product_.begin() + static_cast<std::ptrdiff_t>(laterRow_[k]));
     }
     subtractDots(x, {matrix_.data() + s.upper, s.step}, product_.data(), s.m, s.step);
@@ -499,6 +590,35 @@ void SparseFactor::substituteFewBackward(const Supernode& s) {
             multiply(pivot, x + row, count, x + row);
         });
     }
+}
+
+void SparseFactor::substituteThreeForward(const Supernode& s) {
+    const double* x = right_.data() + s.x;
+    std::array<double, 3> scaled = {x[0], x[1], x[2]};
+    const double* block = matrix_.data() + s.lower;
+    if (kind_ == Kind::Positive) {
+        multiply({matrix_.data() + s.pivot, 3}, x, Three(), scaled.data());
+        block = matrix_.data() + s.upper;
+    }
+    for (std::size_t k = s.later; k < s.laterEnd; ++k, block += 3) {
+        double* to = right_.data() + laterX_[k];
+        for (std::size_t c = 0; c < 3; ++c) {
+            to[c] += -scaled[0] * block[c] - scaled[1] * block[s.step + c] - scaled[2] * block[2 * s.step + c];
+        }
+    }
+}
+
+void SparseFactor::substituteThreeBackward(const Supernode& s) {
+    double* x = right_.data() + s.x;
+    const double* upper = matrix_.data() + s.upper;
+    std::array<double, 6> others;
+    for (std::size_t k = s.later, c = 0; k < s.laterEnd; ++k, c += 3) {
+        std::copy_n(right_.data() + laterX_[k], 3, others.data() + c);
+    }
+    for (std::size_t r = 0; r < 3 && s.n > 0; ++r) {
+        x[r] -= s.n == 3 ? dotOf(upper + r * s.step, others.data(), 3) : dotOf(upper + r * s.step, others.data(), 6);
+    }
+    multiply({matrix_.data() + s.pivot, 3}, x, Three(), x);
 }
 
 }  // namespace cairn

@@ -62,6 +62,8 @@ private:
         std::size_t m = 0, n = 0;              // rows: its own, and of the later places that it has blocks with
         std::size_t step = 0;  // of a row of the panels of n columns: whole vectors may be read and written
         std::size_t pivot = 0, upper = 0, lower = 0;  // in matrix_
+        std::size_t x = 0;                            // of its first row, in right_
+        bool isThree = false;  // one node of three rows, as are the few that it has blocks with: most joints of trees
     };
     // Later places that belong to one supernode, and where there those that come after them are.
     struct Group {
@@ -92,6 +94,9 @@ private:
     // Takes its share off the later supernodes that are new.
     void update(const Supernode& s);
     void updateByFew(const Supernode& s);  // the same to the bit
+    // As eliminate() and update() to the bit, of what isThree.
+    bool eliminateThree(const Supernode& s);
+    void updateThree(const Supernode& s);
     void scatter(const Supernode& s, const Group& group, bool isUpper);
     DenseRows pivotOf(const Supernode& s, std::size_t place) {
         return {matrix_.data() + s.pivot + rowOf_[place] * (s.m + 1), s.m};
@@ -101,9 +106,11 @@ private:
     void takeOwn(const Supernode& s, double* scaled);
     void substituteForward(const Supernode& s);
     void substituteBackward(const Supernode& s);
-    // The same to the bit, of what isSmall().
+    // The same to the bit, of what isSmall(), and of what isThree.
     void substituteFewForward(const Supernode& s);
     void substituteFewBackward(const Supernode& s);
+    void substituteThreeForward(const Supernode& s);
+    void substituteThreeBackward(const Supernode& s);
 
     Kind kind_;
     std::vector<int> rows_;  // of each node, at most
@@ -127,6 +134,7 @@ private:
     std::vector<std::size_t> rowOf_;     // of each place, its first row in its supernode
     std::vector<std::size_t> laterRow_;  // of each in later_, its first row (column) in the panels
     std::vector<std::size_t> xOf_;       // of each place, in right_
+    std::vector<std::size_t> laterX_;    // the same, of each in later_
     std::size_t matrixSize_ = 0;
     std::vector<double> matrix_;
     std::vector<double> right_;

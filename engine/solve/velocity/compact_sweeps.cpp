@@ -56,10 +56,11 @@ void CompactSweeps<S>::readMasses(const Problem<S>& problem) {
 }
 
 template <class S>
-void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h) {
+void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring, const PushOutSpring<S>& ofJoints,
+                             S warmStart, S h) {
     readMasses(problem);
     joints_.begin(problem, masses_.data());
-    rows_.begin(problem, spring, warmStart, h);
+    rows_.begin(problem, ofJoints, warmStart, h);
     const bool inLanes = ContactLanes<S>::areFor(problem);
     if (inLanes) {
         static_assert(sizeof(BodyMass<S>) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
@@ -134,6 +135,7 @@ void CompactSweeps<S>::readScales(const ProblemContact<S>& contact, const Contac
 template <class S>
 void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
     rows_.relax(problem, h);
+    joints_.renewTerms();
     if (ContactLanes<S>::areFor(problem)) {
         lanes_.relax(problem, twistNumbers(), h);
         return;
@@ -215,6 +217,7 @@ void CompactSweeps<S>::warmStart(Problem<S>& problem) {
     for (S& impulse : rows_.p) {
         impulse *= share;
     }
+    joints_.scale(share);
     if (inLanes) {
         lanes_.scale(problem, share);
     }
@@ -292,9 +295,9 @@ S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
 
 template <class S>
 void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& out) const {
-    const std::size_t joints = rows_.p.size();
+    const std::size_t joints = joints_.impulseCount(rows_);
     out.resize(joints + 3 * problem.points.size());
-    std::copy(rows_.p.begin(), rows_.p.end(), out.begin());
+    joints_.copyImpulses(rows_, out.data());
     if (ContactLanes<S>::areFor(problem)) {
         lanes_.copyImpulses(problem, out.data() + joints);
         return;
@@ -308,10 +311,8 @@ void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& o
 
 template <class S>
 void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& impulses, const std::vector<Vec6<S>>& twists) {
-    const std::size_t joints = rows_.p.size();
-    for (std::size_t i = 0; i < joints; ++i) {
-        rows_.p[i] += impulses[i];
-    }
+    const std::size_t joints = joints_.impulseCount(rows_);
+    joints_.add(rows_, impulses.data());
     problem.forEach(twists.size(), [&](std::size_t i) { rows_.v[i] += twists[i]; });
     if (ContactLanes<S>::areFor(problem)) {
         lanes_.add(problem, impulses.data() + joints);

@@ -19,11 +19,12 @@ public:
             lanes_.place(problem);
         }
     }
-    void begin(Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h);
+    void begin(Problem<S>& problem, const PushOutSpring<S>& spring, const PushOutSpring<S>& ofJoints, S warmStart, S h);
     void relax(Problem<S>& problem, S h);
     void readBodies(Problem<S>& problem);
     void writeBodies(Problem<S>& problem) const { rows_.writeBodies(problem); }
     void store(Problem<S>& problem, S h) {
+        joints_.writeImpulses(problem, rows_);
         rows_.writeLambda(problem, h);
         if (ContactLanes<S>::areFor(problem)) {
             problem.storeJointLambda(h);
@@ -37,7 +38,7 @@ public:
     // As RowSystem::sweep(): joints first.
     S sweep(Problem<S>& problem, S relaxation);
     S sweepContacts(Problem<S>& problem, S relaxation, S change = 0);
-    // Impulses of the rows of joints, then three of each contact point.
+    // Impulses of the rows of joints, in an order of their own, then three of each contact point.
     void copyImpulses(const Problem<S>& problem, std::vector<S>& out) const;
     std::vector<Vec6<S>>& twists() { return rows_.v; }
     // As RowSystem::add().
@@ -45,7 +46,8 @@ public:
 
     std::size_t rowCount(const Problem<S>& problem) const;
     double work() const { return rows_.work(); }
-    RowSweeps<S>& joints() { return rows_; }  // and locks; with the twists of all bodies
+    // And locks; with the twists of all bodies. Sweeps keep the impulses elsewhere, until store().
+    RowSweeps<S>& joints() { return rows_; }
 
 private:
     // What sweeps need of a point beside, along the normal and the tangents, by the present masses: more to read, and

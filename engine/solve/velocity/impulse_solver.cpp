@@ -36,10 +36,12 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
         }
     }
 
-    system.begin(problem, pushOut_.spring(h, static_cast<S>(settings_.maxPushOutSpeed)),
-                 static_cast<S>(settings_.def.warmStart), h);
+    const PushOutSpring<S> spring = pushOut_.spring(h, static_cast<S>(settings_.maxPushOutSpeed));
+    const S warmStart = static_cast<S>(settings_.def.warmStart);
     if constexpr (isCompact) {
-        begin(problem, system, h);
+        system.begin(problem, spring, begin(problem, spring, h), warmStart, h);
+    } else {
+        system.begin(problem, spring, warmStart, h);
     }
     system.warmStart(problem);
     iterate(problem, system, iterations_);

@@ -46,8 +46,8 @@ public:
     StepPlan plan(Problem<S>&, const ControllerState&, S) const override {
         return {.substeps = substeps_, .mayBeRefused = false};
     }
-    // A sub-step begins, `system` with it, of ContactForm::Compact.
-    virtual void begin(Problem<S>&, CompactSweeps<S>&, S) {}
+    // A sub-step of ContactForm::Compact begins. Gives the spring of the joints: `spring` is that of the contacts.
+    virtual PushOutSpring<S> begin(Problem<S>&, const PushOutSpring<S>& spring, S) { return spring; }
     // Whether iterate() reads what Problem::responses hold beside delassus.
     virtual bool readsResponses(const Problem<S>&) const { return form_ == ContactForm::Rows; }
     // Lowers the error of `system` by `iterations` sweeps; the second of those with ContactForm::Compact alone.

@@ -1,19 +1,116 @@
 #include "engine/solve/velocity/joint_sweeps.hpp"
+#include "base/resize.hpp"
+
+#include <numeric>
 
 namespace cairn {
+namespace {
+
+constexpr std::size_t packsAtOnce = 2;  // of a thread
+constexpr std::size_t visitsAtOnce = 32;
 
 template <class S>
-void JointSweeps<S>::layOut(const Problem<S>& problem, std::size_t i, std::uint32_t k) {
+bool isPin(const RowBlock<S>& block) {
+    return block.pointRows == 3 && !block.particles;
+}
+
+template <class S>
+bool isUnbounded(const Row<S>& row) {
+    return row.lo == -infinity<S>() && row.hi == infinity<S>();
+}
+
+template <class S, std::size_t width>
+void put(S (&to)[3][width], std::size_t lane, const Vec3<S>& x) {
+    to[0][lane] = x.x();
+    to[1][lane] = x.y();
+    to[2][lane] = x.z();
+}
+
+}  // namespace
+
+template <class S>
+void JointSweeps<S>::layOut(const Problem<S>& problem, const BodyMass<S>* masses) {
+    const std::size_t visits = problem.blocks.size();
+    const bool inLanes = problem.jobs != nullptr && !problem.jointOrder.empty();
+    lane_.assign(visits, alone);
+    results_.resize(visits);
+    visitOf_.clear();
+    ends_.clear();
+    std::size_t lanes = 0;
+    const auto isForLanes = [&](std::size_t i) {
+        const RowBlock<S>& block = problem.blocks[blockOf(problem, i)];
+        return isPin(block) && block.count == 3 &&
+               std::all_of(problem.rows.begin() + block.first, problem.rows.begin() + block.first + 3, isUnbounded<S>);
+    };
+    const std::size_t colours = problem.jointOrder.empty() ? 1 : problem.jointColours.size();
+    std::size_t i = 0;
+    for (std::size_t colour = 0; colour < colours; ++colour) {
+        const bool isColour = inLanes && colour + 1 < colours;
+        for (const std::size_t end = problem.jointOrder.empty() ? visits : problem.jointColours[colour]; i < end; ++i) {
+            if (isColour && isForLanes(i)) {
+                lane_[i] = static_cast<std::uint32_t>(lanes++);
+            } else {
+                visitOf_.push_back(static_cast<std::uint32_t>(i));
+            }
+        }
+        lanes = (lanes + Pack::width - 1) / Pack::width * Pack::width;
+        ends_.push_back({lanes / Pack::width, visitOf_.size()});
+    }
+    resizeClosely(packs_, lanes / Pack::width);
+    for (Pack& pack : packs_) {
+        pack.count = 0;
+        pack.movesA = 0;
+        pack.movesB = 0;
+    }
+    for (i = 0; i < visits && !packs_.empty(); ++i) {
+        if (lane_[i] == alone) {
+            continue;
+        }
+        const RowBlock<S>& block = problem.blocks[blockOf(problem, i)];
+        Pack& pack = packs_[lane_[i] / Pack::width];
+        const std::size_t lane = lane_[i] % Pack::width;
+        pack.count = static_cast<std::uint32_t>(lane + 1);
+        pack.movesA |= masses[block.a].inverse > S(0) ? 1U << lane : 0U;
+        pack.movesB |= masses[block.b].inverse > S(0) ? 1U << lane : 0U;
+    }
+    for (Pack& pack : packs_) {
+        if (pack.count < Pack::width) {
+            const Pack full = pack;
+            pack = {};
+            pack.count = full.count;
+            pack.movesA = full.movesA;
+            pack.movesB = full.movesB;
+        }
+    }
+}
+
+template <class S>
+void JointSweeps<S>::fillPin(const Problem<S>& problem, std::size_t visit) {
+    const RowBlock<S>& block = problem.blocks[blockOf(problem, visit)];
+    Pack& pack = packs_[lane_[visit] / Pack::width];
+    const std::size_t lane = lane_[visit] % Pack::width;
+    pack.visit[lane] = static_cast<std::uint32_t>(visit);
+    pack.bodyA[lane] = block.a;
+    pack.bodyB[lane] = block.b;
+    put(pack.armA, lane, block.armA);
+    put(pack.armB, lane, block.armB);
+    for (std::size_t r = 0; r < 3; ++r) {
+        put<S>(pack.axes[r], lane, problem.rows[at(block.first) + r].b.template head<3>());
+    }
+}
+
+template <class S>
+void JointSweeps<S>::fillSingle(Problem<S>& problem, std::size_t i, Visit& visit) {
+    const std::uint32_t k = blockOf(problem, i);
     const RowBlock<S>& block = problem.blocks[k];
-    const std::size_t first = static_cast<std::size_t>(block.first);
-    Visit& visit = visits_[i];
+    const std::size_t first = at(block.first);
     visit.a = block.a;
     visit.b = block.b;
     visit.first = block.first;
     visit.count = block.count;
     visit.block = k;
     visit.particles = block.particles;
-    visit.isPin = block.pointRows == 3 && !block.particles;
+    visit.isPin = isPin(block);
     if (visit.isPin) {
         visit.armA = block.armA;
         visit.armB = block.armB;
@@ -21,63 +118,189 @@ void JointSweeps<S>::layOut(const Problem<S>& problem, std::size_t i, std::uint3
             visit.axes[r] = problem.rows[first + r].b.template head<3>();
         }
     }
-    for (std::size_t r = visit.isPin ? 3 : 0; r < static_cast<std::size_t>(block.count); ++r) {
-        gradients_[first + r] = {problem.rows[first + r].a, problem.rows[first + r].b};
+    for (std::size_t r = first + (visit.isPin ? 3 : 0); r < first + at(block.count); ++r) {
+        gradients_[r] = {problem.rows[r].a, problem.rows[r].b};
+        problem.responses[r] = problem.responseOf(problem.rows[r], block);
     }
 }
 
 template <class S>
 void JointSweeps<S>::begin(Problem<S>& problem, const BodyMass<S>* masses) {
-    const bool hasColours = !problem.jointOrder.empty();
-    visits_.resize(problem.blocks.size());
+    hasTerms_ = false;
+    hasImpulses_ = false;
+    isAhead_ = false;
+    layOut(problem, masses);
+    singles_.resize(visitOf_.size());
     gradients_.resize(problem.rows.size());
     problem.responses.resize(problem.rows.size());
-    problem.forEach(visits_.size(), [&](std::size_t i) {
-        const std::uint32_t k = hasColours ? problem.jointOrder[i] : static_cast<std::uint32_t>(i);
-        layOut(problem, i, k);
-        const RowBlock<S>& block = problem.blocks[k];
-        for (int r = block.first + (visits_[i].isPin ? 3 : 0); r < block.first + block.count; ++r) {
-            const std::size_t row = static_cast<std::size_t>(r);
-            problem.responses[row] = problem.responseOf(problem.rows[row], block);
+    problem.forEach(singles_.size(), [&](std::size_t n) { fillSingle(problem, visitOf_[n], singles_[n]); });
+    problem.forEach(packs_.empty() ? 0 : lane_.size(), [&](std::size_t i) {
+        if (lane_[i] != alone) {
+            fillPin(problem, i);
         }
     });
-    couple(problem, masses);
+    couple(problem, masses, true);
 }
 
 template <class S>
-void JointSweeps<S>::couple(Problem<S>& problem, const BodyMass<S>* masses) {
-    problem.forEach(visits_.size(), [&](std::size_t i) {
-        Visit& joint = visits_[i];
+template <class OnePin>
+void JointSweeps<S>::forPins(const Problem<S>& problem, const OnePin& visit) {
+    problem.forEach(packs_.size(), [&](std::size_t n) {
+        Pack& pack = packs_[n];
+        for (std::size_t lane = 0; lane < pack.count; ++lane) {
+            visit(pack, lane, at(problem.blocks[blockOf(problem, pack.visit[lane])].first));
+        }
+    });
+}
+
+template <class S>
+void JointSweeps<S>::couple(Problem<S>& problem, const BodyMass<S>* masses, bool writes) {
+    problem.forEach(singles_.size(), [&](std::size_t i) {
+        Visit& joint = singles_[i];
         if (!joint.isPin) {
             return;
         }
         Vec3<S> by[3];  // m/s of b's point against a's, for a unit of each impulse
         for (std::size_t r = 0; r < 3; ++r) {
             by[r] = pointAnswer(masses[joint.a], masses[joint.b], joint.armA, joint.armB, joint.axes[r]);
-            problem.responses[static_cast<std::size_t>(joint.first) + r].delassus = joint.axes[r].dot(by[r]);
+            problem.responses[at(joint.first) + r].delassus = joint.axes[r].dot(by[r]);
         }
         joint.coupling[0] = joint.axes[1].dot(by[0]);
         joint.coupling[1] = joint.axes[2].dot(by[0]);
         joint.coupling[2] = joint.axes[2].dot(by[1]);
     });
+    if (packs_.empty()) {
+        return;
+    }
+    delassus_.resize(packImpulses());
+    parallelFor(*problem.jobs, (packs_.size() + packsAtOnce - 1) / packsAtOnce, 1, [&](std::size_t c) {
+        pinKernels<S>().couple(view(nullptr, masses), c * packsAtOnce, std::min(packs_.size(), (c + 1) * packsAtOnce),
+                               delassus_.data());
+    });
+    if (!writes) {
+        return;
+    }
+    forPins(problem, [&](const Pack& pack, std::size_t lane, std::size_t first) {
+        const S* const own = delassus_.data() + 3 * Pack::width * static_cast<std::size_t>(&pack - packs_.data());
+        for (std::size_t r = 0; r < 3; ++r) {
+            problem.responses[first + r].delassus = own[r * Pack::width + lane];
+        }
+    });
 }
 
 template <class S>
-template <class Part>
-S JointSweeps<S>::sumColours(const Problem<S>& problem, const Part& part) const {
-    constexpr std::size_t grain = 32;
-    if (problem.jointOrder.empty()) {
-        return part(std::size_t(0), visits_.size());
+void JointSweeps<S>::load(const Problem<S>& problem, const RowSweeps<S>& rows) {
+    if (!hasTerms_) {
+        forPins(problem, [&](Pack& pack, std::size_t lane, std::size_t first) {
+            for (std::size_t r = 0; r < 3; ++r) {
+                const RowTerms<S>& terms = rows.terms[first + r];
+                pack.delassus[r][lane] = terms.delassus;
+                pack.bias[r][lane] = terms.bias;
+                pack.softness[r][lane] = terms.softness;
+            }
+        });
+        hasTerms_ = true;
+    }
+    if (!hasImpulses_) {
+        forPins(problem, [&](Pack& pack, std::size_t lane, std::size_t first) {
+            for (std::size_t r = 0; r < 3; ++r) {
+                pack.impulse[r][lane] = rows.p[first + r];
+            }
+        });
+        hasImpulses_ = true;
+    }
+}
+
+template <class S>
+void JointSweeps<S>::writeImpulses(const Problem<S>& problem, RowSweeps<S>& rows) {
+    if (isAhead_) {
+        forPins(problem, [&](const Pack& pack, std::size_t lane, std::size_t first) {
+            for (std::size_t r = 0; r < 3; ++r) {
+                rows.p[first + r] = pack.impulse[r][lane];
+            }
+        });
+        isAhead_ = false;
+    }
+}
+
+template <class S>
+void JointSweeps<S>::scale(S share) {
+    for (Pack& pack : packs_) {
+        for (auto& impulses : pack.impulse) {
+            for (S& impulse : impulses) {
+                impulse *= share;
+            }
+        }
+    }
+}
+
+template <class S>
+void JointSweeps<S>::copyImpulses(const RowSweeps<S>& rows, S* out) const {
+    for (const Pack& pack : packs_) {
+        out = std::copy_n(&pack.impulse[0][0], 3 * Pack::width, out);
+    }
+    if (!singles_.empty()) {
+        std::copy(rows.p.begin(), rows.p.end(), out);
+    }
+}
+
+template <class S>
+void JointSweeps<S>::add(RowSweeps<S>& rows, const S* change) {
+    for (Pack& pack : packs_) {
+        for (auto& impulses : pack.impulse) {
+            for (S& impulse : impulses) {
+                impulse += *change++;
+            }
+        }
+    }
+    isAhead_ = !packs_.empty();
+    for (std::size_t i = 0; i < rows.p.size() && !singles_.empty(); ++i) {
+        rows.p[i] += change[i];
+    }
+}
+
+template <class S>
+template <class Packs, class One>
+S JointSweeps<S>::sumOverAll(const Problem<S>& problem, const Packs& packs, const One& visit) {
+    const bool hasColours = !problem.jointOrder.empty();
+    Ends begin{};
+    for (std::size_t k = 0; k < ends_.size(); ++k) {
+        const Ends end = ends_[k];
+        const bool mayShare = hasColours && k + 1 < ends_.size() && problem.jobs && problem.jobs->threadCount() > 1;
+        const auto visitOne = [&](std::size_t n) {
+            results_[visitOf_[begin.singles + n]] = visit(singles_[begin.singles + n]);
+        };
+        const std::size_t packCount = end.packs - begin.packs;
+        const std::size_t singleCount = end.singles - begin.singles;
+        if (mayShare) {
+            parallelFor(*problem.jobs, (packCount + packsAtOnce - 1) / packsAtOnce, 1, [&](std::size_t c) {
+                packs(begin.packs + c * packsAtOnce, begin.packs + std::min(packCount, (c + 1) * packsAtOnce));
+            });
+            parallelFor(*problem.jobs, singleCount, visitsAtOnce, visitOne);
+        } else {
+            packs(begin.packs, end.packs);
+            for (std::size_t n = 0; n < singleCount; ++n) {
+                visitOne(n);
+            }
+        }
+        begin = end;
+    }
+    const auto sum = [&](std::size_t from, std::size_t to) {
+        return std::accumulate(results_.begin() + static_cast<std::ptrdiff_t>(from),
+                               results_.begin() + static_cast<std::ptrdiff_t>(to), S(0));
+    };
+    if (!hasColours) {
+        return sum(0, results_.size());
     }
     S total = 0;
-    std::size_t begin = 0;
+    std::size_t first = 0;
     for (std::size_t k = 0; k < problem.jointColours.size(); ++k) {
         const std::size_t end = problem.jointColours[k];
-        const bool mayShare = k + 1 < problem.jointColours.size();
-        total = mayShare ? parallelSum(*problem.jobs, end - begin, grain, total,
-                                       [&](std::size_t from, std::size_t to) { return part(begin + from, begin + to); })
-                         : total + part(begin, end);
-        begin = end;
+        total = k + 1 < problem.jointColours.size()
+                    ? parallelSum(*problem.jobs, end - first, visitsAtOnce, total,
+                                  [&](std::size_t from, std::size_t to) { return sum(first + from, first + to); })
+                    : total + sum(first, end);
+        first = end;
     }
     return total;
 }
@@ -143,13 +366,14 @@ S JointSweeps<S>::sweepOne(const Problem<S>& problem, RowSweeps<S>& rows, const 
 template <class S>
 S JointSweeps<S>::sweep(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses, S relaxation) {
     rows.visits += problem.rows.size();
-    return sumColours(problem, [&](std::size_t begin, std::size_t end) {
-        S change = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            change += sweepOne(problem, rows, masses, visits_[i], relaxation);
-        }
-        return change;
-    });
+    load(problem, rows);
+    isAhead_ = !packs_.empty();
+    return sumOverAll(
+        problem,
+        [&](std::size_t begin, std::size_t end) {
+            pinKernels<S>().sweep(view(rows.v.front().data(), masses), begin, end, relaxation, results_.data());
+        },
+        [&](const Visit& joint) { return sweepOne(problem, rows, masses, joint, relaxation); });
 }
 
 template <class S>
@@ -188,14 +412,14 @@ S JointSweeps<S>::pushOne(const Problem<S>& problem, RowSweeps<S>& rows, const B
 
 template <class S>
 S JointSweeps<S>::push(const Problem<S>& problem, RowSweeps<S>& rows, const BodyMass<S>* masses,
-                       const Vec6<S>* before) const {
-    return sumColours(problem, [&](std::size_t begin, std::size_t end) {
-        S slope = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            slope += pushOne(problem, rows, masses, before, visits_[i]);
-        }
-        return slope;
-    });
+                       const Vec6<S>* before) {
+    load(problem, rows);
+    return sumOverAll(
+        problem,
+        [&](std::size_t begin, std::size_t end) {
+            pinKernels<S>().push(view(rows.v.front().data(), masses), begin, end, before->data(), results_.data());
+        },
+        [&](const Visit& joint) { return pushOne(problem, rows, masses, before, joint); });
 }
 
 template class JointSweeps<float>;

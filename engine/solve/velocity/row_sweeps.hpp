@@ -38,8 +38,6 @@ struct RowSweeps : RowSystem<S> {
     static void linearize(Problem<S>& problem) { problem.linearize(); }
     // warmStart: share of the last sub-step's impulses to start from.
     void begin(const Problem<S>& problem, const PushOutSpring<S>& spring, S warmStart, S h);
-    // Another spring for the hard rows that are not open.
-    void pushOut(const Problem<S>& problem, const PushOutSpring<S>& spring);
     // Turns to sweeps without push-out; the present twists are those that the bodies will be moved with. A contact that
     // was open and took no impulse is left alone, or it would brake what approaches before it touches, and no bounce
     // would be left of it.
@@ -53,9 +51,7 @@ struct RowSweeps : RowSystem<S> {
     }
     // lambda of the rows, for Problem::storeLambda().
     void writeLambda(Problem<S>& problem, S h) const {
-        for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-            problem.rows[i].lambda = this->p[i] / h;
-        }
+        problem.forEach(problem.rows.size(), [&](std::size_t i) { problem.rows[i].lambda = this->p[i] / h; });
     }
     void store(Problem<S>& problem, S h) const {
         writeLambda(problem, h);
