@@ -120,9 +120,8 @@ void sweep(const PinLanesView<S>& view, std::size_t begin, std::size_t end, S re
             dp[r] = hn::Sub(next, p);
             hn::Store(next, d, pack.impulse[r] + lane);
         };
-        const auto couples = [&](int n, int from) HWY_ATTR {
-            return hn::Mul(hn::Load(d, pack.coupling[n] + lane), dp[from]);
-        };
+        const auto couples = [&](int n, int from)
+                                 HWY_ATTR { return hn::Mul(hn::Load(d, pack.coupling[n] + lane), dp[from]); };
         solve(0);
         error[1] = hn::Add(error[1], couples(0, 0));
         error[2] = hn::Add(error[2], couples(1, 0));

@@ -13,9 +13,9 @@ template <class S>
 struct alignas(64) PinPack {
     static constexpr std::size_t width = laneCount<S>;
 
-    S armA[3][width];     // m, world, from the centre of mass of a to the point
-    S armB[3][width];     // likewise of b
-    S axes[3][3][width];  // of each row
+    S armA[3][width];      // m, world, from the centre of mass of a to the point
+    S armB[3][width];      // likewise of b
+    S axes[3][3][width];   // of each row
     S coupling[3][width];  // J_i M^-1 J_j^T of rows 1, 0; 2, 0; 2, 1
     S delassus[3][width];
     S bias[3][width];
