@@ -56,7 +56,7 @@ PUBLIC = [
 LIBRARIES = {
     "fcl/": ["collision/*/fcl_*", "collision/fcl_*"],
     "ccd/": ["collision/*/ccd_*", "collision/ccd_*", "collision/*/fcl_*", "collision/fcl_*"],
-    "hwy/": ["engine/solve/kernels/*"],
+    "hwy/": ["base/vector_targets.hpp", "collision/shapes/vector_groups.cpp", "engine/solve/kernels/*"],
 }
 
 # Headers that only the build makes, so that no such file is in the tree.

@@ -311,53 +311,6 @@ Hull makeHull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> loops) 
     return hull;
 }
 
-void VectorGroups::add(const Vec3d& v) {
-    const int lane = count_++ % lanes;
-    if (lane == 0) {
-        const Vec3d first = groups_.empty() ? v : Vec3d(groups_.front().row(0).transpose());
-        groups_.emplace_back(first.transpose().replicate<lanes, 1>());
-    }
-    groups_.back().row(lane) = v.transpose();
-}
-
-int VectorGroups::farthest(const Vec3d& direction) const {
-    using Lanes = Eigen::Matrix<double, lanes, 1>;
-    constexpr std::size_t groupsAtOnce = 8;
-    std::array<Lanes, groupsAtOnce> along;
-    int best = 0;
-    double largest = -std::numeric_limits<double>::infinity();
-    for (std::size_t from = 0; from < groups_.size(); from += groupsAtOnce) {
-        const std::size_t count = std::min(groupsAtOnce, groups_.size() - from);
-        Lanes most = Lanes::Constant(largest);
-        for (std::size_t g = 0; g < count; ++g) {
-            const Eigen::Matrix<double, lanes, 3>& group = groups_[from + g];
-            along[g] = group.col(0) * direction.x() + group.col(1) * direction.y() + group.col(2) * direction.z();
-            most = most.cwiseMax(along[g]);
-        }
-        const double top = most.maxCoeff();
-        if (!(top > largest)) {
-            continue;
-        }
-        largest = top;
-        const double* at = along.front().data();
-        while (*at < top) {
-            ++at;
-        }
-        best = static_cast<int>(at - along.front().data()) + static_cast<int>(from) * lanes;
-    }
-    return best;
-}
-
-void VectorGroups::dots(const Vec3d& v, std::vector<double>& out) const {
-    out.resize(groups_.size() * lanes);
-    double* at = out.data();
-    for (const Eigen::Matrix<double, lanes, 3>& group : groups_) {
-        Eigen::Map<Eigen::Matrix<double, lanes, 1>> along(at);
-        along = group.col(0) * v.x() + group.col(1) * v.y() + group.col(2) * v.z();
-        at += lanes;
-    }
-}
-
 void depthsBehind(const Hull& hull, const Vec3d& point, std::vector<double>& out) {
     hull.normalGroups.dots(point, out);
     for (std::size_t i = 0; i < hull.faces.size(); ++i) {

@@ -1,27 +1,11 @@
 #pragma once
 // A convex polyhedron: what FCL's Convex lacks (planes, edges, adjacency), made once and shared.
-#include "base/base.hpp"
+#include "collision/shapes/vector_groups.hpp"
 
 #include <array>
 #include <vector>
 
 namespace cairn {
-
-// Vectors by groups of eight, the last one filled up with the first vector: which of them reaches farthest is found
-// without a branch for each.
-class VectorGroups {
-public:
-    void add(const Vec3d& v);
-    // Index of the vector whose dot product with `direction` is the largest; of equal ones the first. One at least.
-    int farthest(const Vec3d& direction) const;
-    // The dot product of each with `v`, and as many more as fill the last group up.
-    void dots(const Vec3d& v, std::vector<double>& out) const;
-
-private:
-    static constexpr int lanes = 8;
-    std::vector<Eigen::Matrix<double, lanes, 3>> groups_;
-    int count_ = 0;
-};
 
 struct Hull {
     struct Face {

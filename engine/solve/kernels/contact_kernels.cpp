@@ -1,5 +1,5 @@
 #include "engine/solve/kernels/contact_kernels.hpp"
-#include "engine/solve/kernels/targets.hpp"
+#include "base/vector_targets.hpp"
 
 #include <limits>
 

@@ -1,5 +1,5 @@
 #include "engine/solve/kernels/dense_kernels.hpp"
-#include "engine/solve/kernels/targets.hpp"
+#include "base/vector_targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/solve/kernels/dense_kernels.cpp"
