@@ -28,6 +28,24 @@ TriangleMesh ring(double radius, double thickness, double height) {
     return mesh;
 }
 
+// A grid of columns x rows cells about the origin; height(column, row) of each corner.
+template <class Height>
+TriangleMesh hills(int columns, int rows, double cell, const Height& height) {
+    TriangleMesh mesh;
+    for (int column = 0; column <= columns; ++column) {
+        for (int row = 0; row <= rows; ++row) {
+            mesh.vertices.emplace_back(cell * (column - 0.5 * columns), height(column, row), cell * (row - 0.5 * rows));
+            if (column < columns && row < rows) {
+                const int here = column * (rows + 1) + row;
+                const int beside = here + rows + 1;
+                mesh.triangles.push_back({here, here + 1, beside});
+                mesh.triangles.push_back({here + 1, beside + 1, beside});
+            }
+        }
+    }
+    return mesh;
+}
+
 // A square of cells in the plane y = 0 about the origin.
 TriangleMesh sheet(int cells, double cell) {
     TriangleMesh mesh;
@@ -142,6 +160,71 @@ void washer(Filler& world, int side) {
         const Vec3d place(i / (side * side), i / side % side, i % side);
         world.add(
             {.shapes = {box(Vec3d::Constant(0.2))}, .position = middle + 0.8 * (place - Vec3d::Constant(0.5 * side))});
+    }
+}
+
+// Trunks of 22 prisms each, thicker below, that stand side by side on waves of triangles and topple.
+void trees(Filler& world, int n) {
+    const auto wave = [](double perCell, int i) { return std::sin(2 * pi * perCell * i); };
+    world.add({.type = BodyType::Static, .shapes = {mesh(hills(150, 200, 1, [&](int column, int row) {
+                                             return 0.4 * wave(0.1, column) * wave(0.05, row);
+                                         }))}});
+    std::vector<Shape> trunk;
+    double low = 1;
+    double radius = 0.75;
+    for (int part = 0; part < 22; ++part) {
+        std::vector<Vec3d> bottom, top;
+        for (int i = 0; i < 6; ++i) {
+            const Vec3d corner(radius * std::cos(pi * i / 3), 0, radius * std::sin(pi * i / 3));
+            bottom.emplace_back(corner + Vec3d(0, low - radius, 0));
+            top.emplace_back(corner + Vec3d(0, low + radius + 1.5, 0));
+        }
+        trunk.push_back(prism(bottom, top));
+        low += 1.5 + 2 * radius;
+        radius *= 0.95;
+    }
+    const Vec3d centre = massProperties(trunk).centre;
+    for (int i = 0; i < n; ++i) {
+        const Vec3d spin(0, 0, (i % 2 == 0 ? -0.5 : 0.5) * (0.5 + 0.5 * i / n));
+        world.add({.shapes = trunk,
+                   .position = Vec3d(0, 1, 3 * i - 70),
+                   .linearVelocity = spin.cross(centre),
+                   .angularVelocity = spin});
+    }
+}
+
+// Static slabs of 10 m, side by side, and a hundred balls.
+void largeWorld(Filler& world, int side) {
+    for (int i = 0; i < side * side; ++i) {
+        world.addStatic(Vec3d(5, 0.25, 5), onSquare(i, side * side, 10));
+    }
+    for (int i = 0; i < 100; ++i) {
+        world.add({.shapes = {sphere(0.5)}, .position = onSquare(i, 100, 0.8 * side) + Vec3d(0, 1.5, 0)});
+    }
+}
+
+// Boxes, balls, capsules and pyramids in four layers of side x side, let go over hills of 20,000 triangles.
+void convexOnMesh(Filler& world, int side) {
+    world.add({.type = BodyType::Static, .shapes = {mesh(hills(100, 100, 3, [](int column, int row) {
+                                             return 5 + 5 * std::sin(0.5 * column) * std::cos(0.5 * row);
+                                         }))}});
+    const std::vector<Vec3d> corners = {{0, 1, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}};
+    const std::vector<std::vector<int>> faces = {{0, 3, 1}, {0, 1, 4}, {0, 4, 2}, {0, 2, 3}, {1, 3, 2, 4}};
+    const Shape shapes[] = {box({0.5, 0.75, 1}), sphere(0.5), capsule(0.5, 0.75), hull(corners, faces)};
+    for (int i = 0; i < 4 * side * side; ++i) {
+        world.add(
+            {.shapes = {shapes[i % 4]}, .position = onSquare(i / 4, side * side, 7.5) + Vec3d(0, 15 + 2 * (i % 4), 0)});
+    }
+}
+
+// Dolls that lie on each other, .6 m apart and each turned a bit further, in heaps of ten.
+void dollPile(Filler& world, int n) {
+    world.addFloor();
+    const int heaps = (n + 9) / 10;
+    for (int i = 0; i < n; ++i) {
+        const Eigen::AngleAxisd heading(0.2 * pi * (i % 10), Vec3d::UnitY());
+        addDoll(world, onSquare(i / 10, heaps, 4) + Vec3d(0, 0.6 * (i % 10 + 1), 0),
+                Quatd(heading * Eigen::AngleAxisd(0.5 * pi, Vec3d::UnitX())));
     }
 }
 

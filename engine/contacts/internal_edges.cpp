@@ -47,12 +47,16 @@ public:
         for (const PlacedPair<S>& pair : pairs_) {
             addManifolds(pair);
         }
-        findSurfaces();
-        if (manifolds_.size() > 1) {
-            cullEdges();
-            for (std::size_t i = 0; i < manifolds_.size(); ++i) {
-                reduce(i);
+        // What one shape of the body meets has nothing to do with what another does.
+        const auto earlier = [](const GroundManifold& p, const GroundManifold& q) { return p.shape < q.shape; };
+        if (!std::is_sorted(manifolds_.begin(), manifolds_.end(), earlier)) {
+            std::stable_sort(manifolds_.begin(), manifolds_.end(), earlier);
+        }
+        for (std::size_t begin = 0, end = 0; begin < manifolds_.size(); begin = end) {
+            while (end < manifolds_.size() && manifolds_[end].shape == manifolds_[begin].shape) {
+                ++end;
             }
+            cullShape(begin, end);
         }
         for (GroundManifold& manifold : manifolds_) {
             putInForce(manifold);
@@ -75,6 +79,7 @@ private:
         Vec3d normal;          // out of the ground
         std::array<bool, 4> inForce{};
         std::size_t surface = SIZE_MAX;  // the first manifold of its plane and material
+        std::size_t next = SIZE_MAX;     // of that surface; none: SIZE_MAX
 
         const ContactPointState<S>& point(int k) const { return contacts->points[static_cast<std::size_t>(k)]; }
         Vec3d onBody(int k) const { return pair->groundIsB ? point(k).onA : point(k).onB; }
@@ -110,20 +115,43 @@ private:
         }
     }
 
-    // Whether two pieces stay as they lie to each other, and one shape of the body meets both.
+    // The manifolds [begin, end) of one shape of the body.
+    void cullShape(std::size_t begin, std::size_t end) {
+        findSurfaces(begin, end);
+        if (end - begin < 2) {
+            return;
+        }
+        const GroundManifold& first = manifolds_[begin];
+        // An edge is culled by other pieces alone.
+        if (std::any_of(manifolds_.begin() + static_cast<std::ptrdiff_t>(begin) + 1,
+                        manifolds_.begin() + static_cast<std::ptrdiff_t>(end), [&](const GroundManifold& other) {
+                            return other.pair != first.pair || other.ground != first.ground;
+                        })) {
+            cullEdges(begin, end);
+        }
+        for (std::size_t i = begin; i < end; ++i) {
+            reduce(i);
+        }
+    }
+
+    // Whether two pieces stay as they lie to each other.
     bool areNeighbours(const GroundManifold& p, const GroundManifold& q) const {
         const Body<S>* a = p.pair->ground.body;
         const Body<S>* b = q.pair->ground.body;
-        const bool oneFrame = a == b || (a->type == BodyType::Static && b->type == BodyType::Static);
-        return p.shape == q.shape && oneFrame;
+        return a == b || (a->type == BodyType::Static && b->type == BodyType::Static);
     }
 
     // Manifolds in one plane and of one material are one surface, named by the first of them.
-    void findSurfaces() {
-        for (std::size_t i = 0; i < manifolds_.size(); ++i) {
-            for (std::size_t j = i; manifolds_[i].surface >= i && j < manifolds_.size(); ++j) {
+    void findSurfaces(std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            std::size_t last = SIZE_MAX;
+            for (std::size_t j = i; manifolds_[i].surface >= i && j < end; ++j) {
                 if (manifolds_[j].surface > i && isOneSurface(manifolds_[i], manifolds_[j])) {
                     manifolds_[j].surface = i;
+                    if (last != SIZE_MAX) {
+                        manifolds_[last].next = j;
+                    }
+                    last = j;
                 }
             }
         }
@@ -132,9 +160,9 @@ private:
     // While a place of the body stays above a surface, it cannot touch what lies wholly below that plane: a contact
     // with that would only stop it, since an edge ahead is taken as a plane within a step. What is culled only by what
     // is culled itself stays.
-    void cullEdges() {
+    void cullEdges(std::size_t begin, std::size_t end) {
         std::vector<std::size_t> undecided;
-        for (std::size_t i = 0; i < manifolds_.size(); ++i) {
+        for (std::size_t i = begin; i < end; ++i) {
             if (manifolds_[i].surface == i) {
                 undecided.push_back(i);
             }
@@ -169,8 +197,9 @@ private:
     // The points of a surface that are in force; `refs` is room for them.
     const std::vector<PointRef>& pointsOf(std::size_t surface, std::vector<PointRef>& refs) const {
         refs.clear();
-        for (std::size_t i = surface; i < manifolds_.size(); ++i) {
-            for (int k = 0; manifolds_[i].surface == surface && k < manifolds_[i].contacts->known; ++k) {
+        for (std::size_t i = manifolds_[surface].surface == surface ? surface : SIZE_MAX; i != SIZE_MAX;
+             i = manifolds_[i].next) {
+            for (int k = 0; k < manifolds_[i].contacts->known; ++k) {
                 if (manifolds_[i].inForce[static_cast<std::size_t>(k)]) {
                     refs.push_back({i, k});
                 }
