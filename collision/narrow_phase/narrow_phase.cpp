@@ -241,8 +241,8 @@ bool mayMeet(const Part& a, const Part& b, const Shape& shapeB, const Frame& aFr
 
 }  // namespace
 
-double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aFromB, double margin, PairCache& cache,
-               std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which) {
+double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aFromB, const Margin& reach,
+               PairCache& cache, std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which) {
     const std::span<const Shape> a = bodyA.shapes;
     const std::span<const Shape> b = bodyB.shapes;
     const Frame bodies = frameOf(aFromB);
@@ -260,6 +260,7 @@ double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aF
     for (std::uint32_t i = 0; i < a.size(); ++i) {
         const Frame poseA = cull ? partsA[i].pose : frameOf(a[i].pose);
         for (std::uint32_t j = 0; j < b.size(); ++j) {
+            const double margin = reach.of(i, j);
             if (cull && !mayMeet(partsA[i], partsB[j], b[j], bodies, aFromB, margin)) {
                 apart = std::min(apart, margin);
                 continue;

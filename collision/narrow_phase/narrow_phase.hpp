@@ -9,6 +9,7 @@
 #include "base/rare.hpp"
 #include "collision/shapes/parts.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace cairn {
@@ -44,12 +45,25 @@ struct PairCache {
     Rare<std::vector<Entry>> entries;
 };
 
+// Up to how far apart points are told, m, >= 0: `all`; and where ways are given, of each shape of A and of B, no
+// farther for two of them than `least` and their ways together.
+struct Margin {
+    double all = 0;
+    double least = 0;
+    std::span<const double> waysOfA, waysOfB;
+
+    Margin(double ofAll) : all(ofAll) {}
+    double of(std::size_t shapeA, std::size_t shapeB) const {
+        return waysOfA.empty() ? all : std::min(all, least + waysOfA[shapeA] + waysOfB[shapeB]);
+    }
+};
+
 // Appends to `out` the manifolds of body A against body B, in a fixed order. aFromB: the pose of B's body frame in A's.
-// margin (m, >= 0): points up to this far apart are reported too, with positive separation, so that a resting contact
+// margin: points up to this far apart are reported too, with positive separation, so that a resting contact
 // does not flicker and the solver can stop a body before it touches. Thread-safe for different caches. Never throws: a
 // pair that no method can answer is repaired and counted. Poses must be finite. Answers how far apart the two are at
 // least, m: the margin or more where nothing was found and that is known, else 0.
-double collide(const BodyShapes& a, const BodyShapes& b, const Posed& aFromB, double margin, PairCache& cache,
+double collide(const BodyShapes& a, const BodyShapes& b, const Posed& aFromB, const Margin& margin, PairCache& cache,
                std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which = NarrowPhase::Auto);
 
 // How deep two convex shapes are in each other at most, by what they take up along a direction: m, 0 or less where that

@@ -201,6 +201,34 @@ double approach(const PlacedSide<S>& a, const PlacedSide<S>& b, const Vec3d& n) 
     return std::max({va + vb, va, vb, 0.0}) + turningSpeed(a, b);
 }
 
+// Whether the parts of a compound are told apart by how far each goes: not of the larger body, whose spin counts by the
+// smaller one's size.
+template <class S>
+bool goesByParts(const PlacedSide<S>& side, const PlacedSide<S>& other) {
+    return side.body->kind->shapes().parts.size() > 1 && side.body->kind->radius <= other.body->kind->radius;
+}
+
+// m: what no point of each shape exceeds within dt, as the body moves now.
+template <class S>
+void findWays(const PlacedSide<S>& side, const PlacedSide<S>& other, double dt, std::vector<double>& ways) {
+    const BodyKind<S>& kind = *side.body->kind;
+    const BodyShapes shapes = kind.shapes();
+    const double spin = static_cast<double>(side.spin);
+    const double radius = std::min(kind.radius, other.body->kind->radius);
+    ways.assign(shapes.shapes.size(),
+                dt * (static_cast<double>(side.speed) + (std::isfinite(radius) ? spin * radius : 0)));
+    if (!goesByParts(side, other)) {
+        return;
+    }
+    const Quatd back = side.place.rotation.conjugate();
+    const Vec3d v = turned(back, side.v.template cast<double>());
+    const Vec3d w = turned(back, side.w.template cast<double>());
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+        const Vec3d arm = shapes.parts[i].middle - kind.localCentre.template cast<double>();
+        ways[i] = dt * ((v + w.cross(arm)).norm() + spin * shapes.parts[i].radius);
+    }
+}
+
 }  // namespace
 
 Vec3d roundPart(const Shape& shape, const Vec3d& point, const Vec3d& normal) {
@@ -333,18 +361,28 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
             return false;
         }
     }
-    const double margin = speculative.margin + ahead;
+    Margin margin(speculative.margin + ahead);
+    double known = margin.all;
+    if (goesByParts(a, b) || goesByParts(b, a)) {
+        static thread_local std::vector<double> waysOfA, waysOfB;
+        findWays(a, b, speculative.dt, waysOfA);
+        findWays(b, a, speculative.dt, waysOfB);
+        margin.least = speculative.margin;
+        margin.waysOfA = waysOfA;
+        margin.waysOfB = waysOfB;
+        known = std::min(known, margin.least + *std::min_element(waysOfA.begin(), waysOfA.end()) +
+                                    *std::min_element(waysOfB.begin(), waysOfB.end()));
+    }
     static thread_local std::vector<Manifold> found;
     found.clear();
     // Many boxes meet whose balls are apart: the narrow phase would find nothing.
     double apart = (a.pose.position - b.pose.position).template cast<double>().norm() - a.body->kind->radius -
                    b.body->kind->radius;
-    if (!(apart > margin)) {
+    if (!(apart > margin.all)) {
         apart = collide(a.body->kind->shapes(), b.body->kind->shapes(), aFromB, margin, pair.cache, found, counts,
                         speculative.narrowPhase);
     }
     // What is beside the motion cannot be met.
-    double known = margin;
     std::erase_if(found, [&](const Manifold& geometry) {
         double smallest = infinity<double>();
         for (int k = 0; k < geometry.count; ++k) {
