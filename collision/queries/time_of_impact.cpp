@@ -35,7 +35,8 @@ struct Sides {
     const Motion& firstMotion;
     const Shape& second;
     const Motion& secondMotion;
-    bool isAlone;  // each the only shape of its body: nothing else asks when they were close
+    bool isAlone;  // nothing else asks when they were close; nor, with `isWhole`, which of a surface's triangles were
+    bool isWhole;
 };
 
 double slackOf(const Shape& first, const Shape& second, const ImpactSettings& settings) {
@@ -78,8 +79,14 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
     const Aabb start{(box.min.array() - turning).max(centre0.position.array() - radius),
                      (box.max.array() + turning).min(centre0.position.array() + radius)};
     const Vec3d half = (0.5 * (start.max - start.min)).array() + (slack.gap + slack.tolerance + bend);
+    // Where it ends, in the frame of a surface that does not turn: between start and end what turns goes beyond the
+    // line by no more than a chord's sagitta.
+    const Posed endB = relativePose(s.firstMotion.at(1) * s.first.pose, s.secondMotion.at(1) * s.second.pose);
+    const Convex ended = makeConvex(s.second, endB.rotation.toRotationMatrix(), endB.position);
+    const double sagitta = 0.125 * armB * s.secondMotion.turn.squaredNorm();
     bool found = false;
     int hint = 0;
+    int endHint = 0;
     castBoxAtTriangles(s.first, 0.5 * (start.min + start.max), motion, half, limit, [&](int index, double within) {
         const Triangle t = triangleOf(s.first, index);
         if (!backFaces && t.face.dot(inside - t.corners[0]) < 0) {
@@ -90,13 +97,17 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
             armA = std::max(armA, (s.first.pose * corner - s.firstMotion.centre).norm());
         }
         // Most are flown past, high above their planes.
-        const double above = -supportDistance(placed, -t.face, hint) - t.face.dot(t.corners[0]);
-        if (above - approachOf(s.firstMotion, armA, s.secondMotion, armB, worldFromSurface.rotation * t.face) >
-            slack.gap + 2 * slack.tolerance) {
+        const double near = s.isWhole ? -slack.maxDepth + 2 * slack.tolerance : slack.gap + 2 * slack.tolerance;
+        const double height = t.face.dot(t.corners[0]);
+        const double above = -supportDistance(placed, -t.face, hint) - height;
+        if (above - approachOf(s.firstMotion, armA, s.secondMotion, armB, worldFromSurface.rotation * t.face) > near) {
+            return within;
+        }
+        if (!turns && above - sagitta > near && -supportDistance(ended, -t.face, endHint) - height - sagitta > near) {
             return within;
         }
         MovingPair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose,
-                        makeTriangle(t.corners[0], t.corners[1], t.corners[2]), b, armA, armB, false);
+                        makeTriangle(t.corners[0], t.corners[1], t.corners[2]), b, armA, armB, s.isWhole);
         Impact at;
         // Over an edge that no side is free of, only the face can be run into.
         const auto takeFace = [&](Impact& of) {
@@ -149,22 +160,24 @@ bool impactOf(const Sides& s, const ImpactSettings& settings, double tolerance, 
 
 // Where, in the frame that a body starts in, it may come near another one's shapes on the way of both.
 Aabb reachOf(const Motion& motion, std::span<const Shape> others, const Motion& theirs, double gap) {
-    const double radius = boundingRadius(others, theirs.centre);
+    // By their box: a surface has many corners.
+    const Aabb box = bounds(others, {});
+    const double radius = (box.max - theirs.centre).cwiseAbs().cwiseMax((box.min - theirs.centre).cwiseAbs()).norm();
     const Vec3d apart = theirs.start * theirs.centre - motion.start * motion.centre;
     const double path = (theirs.displacement - motion.displacement).norm();
     const double turning = motion.turn.norm() * (apart.norm() + path + radius) + theirs.turn.norm() * radius;
     return bounds(others, relativePose(motion.start, theirs.start)).grown(gap + path + turning);
 }
 
-std::optional<Impact> firstImpact(const BodyShapes& bodyA, const Motion& motionA, const BodyShapes& bodyB,
-                                  const Motion& motionB, const ImpactSettings& settings, double tolerance,
-                                  bool backFaces) {
+// The first of all meetings of two shapes. isQuick: any of them, and nothing of those that were close.
+std::optional<Impact> firstMeeting(const BodyShapes& bodyA, const Motion& motionA, const BodyShapes& bodyB,
+                                   const Motion& motionB, const ImpactSettings& settings, double tolerance,
+                                   bool backFaces, bool isQuick, std::vector<Closeness>& passed) {
     const std::span<const Shape> a = bodyA.shapes;
     const std::span<const Shape> b = bodyB.shapes;
     std::optional<Impact> best;
-    std::vector<Closeness> passed;
     double limit = std::nextafter(1.0, 2.0);  // a meeting at the very end counts
-    const bool isAlone = a.size() == 1 && b.size() == 1;
+    const bool isAlone = isQuick || (a.size() == 1 && b.size() == 1);
     const auto mayReach = [](const BodyShapes& of, std::size_t k, const Aabb& reach) {
         return of.shapes.size() == 1 ||
                (of.parts.empty() ? bounds(of.shapes.subspan(k, 1), {}) : of.parts[k].box).overlaps(reach);
@@ -180,8 +193,8 @@ std::optional<Impact> firstImpact(const BodyShapes& bodyA, const Motion& motionA
             if ((swapped && !isConvex(a[i].kind)) || !mayReach(bodyB, j, reachB)) {
                 continue;
             }
-            const Sides sides =
-                swapped ? Sides{b[j], motionB, a[i], motionA, isAlone} : Sides{a[i], motionA, b[j], motionB, isAlone};
+            const Sides sides = swapped ? Sides{b[j], motionB, a[i], motionA, isAlone, isQuick}
+                                        : Sides{a[i], motionA, b[j], motionB, isAlone, isQuick};
             Impact impact;
             const std::size_t first = passed.size();
             const bool met = impactOf(sides, settings, tolerance, backFaces, limit, impact, passed);
@@ -198,8 +211,29 @@ std::optional<Impact> firstImpact(const BodyShapes& bodyA, const Motion& motionA
                 limit = impact.fraction;
                 best = impact;
             }
+            if (met && isQuick) {
+                return best;
+            }
         }
     }
+    return best;
+}
+
+std::optional<Impact> firstImpact(const BodyShapes& bodyA, const Motion& motionA, const BodyShapes& bodyB,
+                                  const Motion& motionB, const ImpactSettings& settings, double tolerance,
+                                  bool backFaces) {
+    const std::span<const Shape> a = bodyA.shapes;
+    const std::span<const Shape> b = bodyB.shapes;
+    std::vector<Closeness> passed;
+    // Most come close and meet nowhere, which is told sooner than when and where they were close.
+    const bool isPair = a.size() == 1 && b.size() == 1 && !isSurface(a[0].kind) && !isSurface(b[0].kind);
+    if (settings.slack >= 0 && !isPair &&
+        !firstMeeting(bodyA, motionA, bodyB, motionB, settings, tolerance, backFaces, true, passed)) {
+        return {};
+    }
+    passed.clear();
+    std::optional<Impact> best =
+        firstMeeting(bodyA, motionA, bodyB, motionB, settings, tolerance, backFaces, false, passed);
     // Across an internal edge it is the neighbour that is met in the end, but the meeting began where the first of them
     // was near. What was near for longer than it takes to sink by the slack is another thing that happens to face the
     // same way.
