@@ -239,6 +239,28 @@ bool mayMeet(const Part& a, const Part& b, const Shape& shapeB, const Frame& aFr
            a.box.overlaps(bounds(std::span(&shapeB, 1), poseOfB).grown(margin));
 }
 
+// Pairs of parts that mayMeet(), and few beside them, in rising order; by the tree of whichever body has more.
+void findPairs(const BodyShapes& a, const BodyShapes& b, std::span<const Part> partsA, std::span<const Part> partsB,
+               const Frame& bodies, const Frame& bodiesBack, double margin,
+               std::vector<std::pair<std::uint32_t, std::uint32_t>>& out) {
+    const bool byA = a.tree != nullptr && (b.tree == nullptr || partsA.size() > partsB.size());
+    const std::span<const Part> others = byA ? partsB : partsA;
+    static thread_local std::vector<std::uint32_t> found;
+    for (std::uint32_t i = 0; i < others.size(); ++i) {
+        const Vec3d middle = (byA ? bodies : bodiesBack) * others[i].middle;
+        // isNear() looks along a part's own axes.
+        const double reach = std::sqrt(3.0) * (others[i].radius + margin);
+        found.clear();
+        (byA ? a : b).tree->find(Aabb{middle, middle}.grown(reach), found);
+        for (const std::uint32_t j : found) {
+            out.emplace_back(byA ? j : i, byA ? i : j);
+        }
+    }
+    if (byA) {
+        std::sort(out.begin(), out.end());
+    }
+}
+
 }  // namespace
 
 double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aFromB, const Margin& reach,
@@ -257,41 +279,55 @@ double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aF
     const std::span<const Part> partsB = madeB.empty() ? bodyB.parts : madeB;
     double apart = infinity;
     std::size_t cursor = 0;
-    for (std::uint32_t i = 0; i < a.size(); ++i) {
+    const auto askParts = [&](std::uint32_t i, std::uint32_t j) {
+        const double margin = reach.of(i, j);
+        if (cull && !mayMeet(partsA[i], partsB[j], b[j], bodies, aFromB, margin)) {
+            apart = std::min(apart, margin);
+            return;
+        }
+        const bool swapped = rank(b[j].kind) < rank(a[i].kind);
+        const Shape& first = swapped ? b[j] : a[i];
+        const Shape& second = swapped ? a[i] : b[j];
+        if (!isConvex(second.kind)) {
+            apart = 0;
+            return;  // two static shapes
+        }
         const Frame poseA = cull ? partsA[i].pose : frameOf(a[i].pose);
+        const Frame poseB = cull ? partsB[j].pose : frameOf(b[j].pose);
+        const Frame bodyAFromFirst = swapped ? bodies * poseB : poseA;
+        const OrderedPair pair{
+            .first = first,
+            .second = second,
+            .swapped = swapped,
+            .firstFromSecond = swapped ? bodyAFromFirst.inverse() * poseA : poseA.inverse() * (bodies * poseB),
+            .bodyAFromFirst = bodyAFromFirst,
+            .bodyBFromFirst = swapped ? poseB : bodiesBack * poseA};
+        PairCache::Entry* last = remembers(pair) ? &entryOf(cache, i, j, cursor) : nullptr;
+        const Vec3d lastNormal =
+            last != nullptr ? Vec3d(bodyAFromFirst.rotation.transpose() * last->normal) : Vec3d(Vec3d::Zero());
+        ++counts.calls;
+        const std::vector<WorkManifold>& manifolds = answer(pair, margin, which, lastNormal, counts, apart);
+        for (const WorkManifold& m : manifolds) {
+            appendInBodies(m, pair, i, j, out);
+        }
+        if (last != nullptr) {
+            last->normal = manifolds.empty() ? Vec3d(Vec3d::Zero()) : out.back().normal;
+        }
+    };
+    if (bodyA.tree != nullptr || bodyB.tree != nullptr) {
+        static thread_local std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+        pairs.clear();
+        findPairs(bodyA, bodyB, partsA, partsB, bodies, bodiesBack, reach.all, pairs);
+        // Those that are not found are no nearer.
+        apart = pairs.size() < a.size() * b.size() ? reach.leastOfAll() : infinity;
+        for (const auto& [i, j] : pairs) {
+            askParts(i, j);
+        }
+        return apart;
+    }
+    for (std::uint32_t i = 0; i < a.size(); ++i) {
         for (std::uint32_t j = 0; j < b.size(); ++j) {
-            const double margin = reach.of(i, j);
-            if (cull && !mayMeet(partsA[i], partsB[j], b[j], bodies, aFromB, margin)) {
-                apart = std::min(apart, margin);
-                continue;
-            }
-            const bool swapped = rank(b[j].kind) < rank(a[i].kind);
-            const Shape& first = swapped ? b[j] : a[i];
-            const Shape& second = swapped ? a[i] : b[j];
-            if (!isConvex(second.kind)) {
-                apart = 0;
-                continue;  // two static shapes
-            }
-            const Frame poseB = cull ? partsB[j].pose : frameOf(b[j].pose);
-            const Frame bodyAFromFirst = swapped ? bodies * poseB : poseA;
-            const OrderedPair pair{
-                .first = first,
-                .second = second,
-                .swapped = swapped,
-                .firstFromSecond = swapped ? bodyAFromFirst.inverse() * poseA : poseA.inverse() * (bodies * poseB),
-                .bodyAFromFirst = bodyAFromFirst,
-                .bodyBFromFirst = swapped ? poseB : bodiesBack * poseA};
-            PairCache::Entry* last = remembers(pair) ? &entryOf(cache, i, j, cursor) : nullptr;
-            const Vec3d lastNormal =
-                last != nullptr ? Vec3d(bodyAFromFirst.rotation.transpose() * last->normal) : Vec3d(Vec3d::Zero());
-            ++counts.calls;
-            const std::vector<WorkManifold>& manifolds = answer(pair, margin, which, lastNormal, counts, apart);
-            for (const WorkManifold& m : manifolds) {
-                appendInBodies(m, pair, i, j, out);
-            }
-            if (last != nullptr) {
-                last->normal = manifolds.empty() ? Vec3d(Vec3d::Zero()) : out.back().normal;
-            }
+            askParts(i, j);
         }
     }
     return apart;

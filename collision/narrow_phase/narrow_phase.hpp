@@ -56,6 +56,11 @@ struct Margin {
     double of(std::size_t shapeA, std::size_t shapeB) const {
         return waysOfA.empty() ? all : std::min(all, least + waysOfA[shapeA] + waysOfB[shapeB]);
     }
+    // No two reach less far.
+    double leastOfAll() const {
+        const auto shortest = [](std::span<const double> ways) { return *std::min_element(ways.begin(), ways.end()); };
+        return waysOfA.empty() ? all : std::min(all, least + shortest(waysOfA) + shortest(waysOfB));
+    }
 };
 
 // Appends to `out` the manifolds of body A against body B, in a fixed order. aFromB: the pose of B's body frame in A's.

@@ -169,6 +169,26 @@ Aabb reachOf(const Motion& motion, std::span<const Shape> others, const Motion& 
     return bounds(others, relativePose(motion.start, theirs.start)).grown(gap + path + turning);
 }
 
+// The parts of a body that may come near another one's shapes on the way of both, rising; of one shape that.
+std::vector<std::uint32_t> partsInReach(const BodyShapes& body, const Motion& motion, std::span<const Shape> others,
+                                        const Motion& theirs, double gap) {
+    if (body.shapes.size() == 1) {
+        return {0};
+    }
+    const Aabb reach = reachOf(motion, others, theirs, gap);
+    std::vector<std::uint32_t> near;
+    if (body.tree != nullptr) {
+        body.tree->find(reach, near);
+        return near;
+    }
+    for (std::uint32_t k = 0; k < body.shapes.size(); ++k) {
+        if ((body.parts.empty() ? bounds(body.shapes.subspan(k, 1), {}) : body.parts[k].box).overlaps(reach)) {
+            near.push_back(k);
+        }
+    }
+    return near;
+}
+
 // The first of all meetings of two shapes. isQuick: any of them, and nothing of those that were close.
 std::optional<Impact> firstMeeting(const BodyShapes& bodyA, const Motion& motionA, const BodyShapes& bodyB,
                                    const Motion& motionB, const ImpactSettings& settings, double tolerance,
@@ -178,19 +198,11 @@ std::optional<Impact> firstMeeting(const BodyShapes& bodyA, const Motion& motion
     std::optional<Impact> best;
     double limit = std::nextafter(1.0, 2.0);  // a meeting at the very end counts
     const bool isAlone = isQuick || (a.size() == 1 && b.size() == 1);
-    const auto mayReach = [](const BodyShapes& of, std::size_t k, const Aabb& reach) {
-        return of.shapes.size() == 1 ||
-               (of.parts.empty() ? bounds(of.shapes.subspan(k, 1), {}) : of.parts[k].box).overlaps(reach);
-    };
-    const Aabb reachA = a.size() == 1 ? Aabb() : reachOf(motionA, b, motionB, settings.gap + tolerance);
-    const Aabb reachB = b.size() == 1 ? Aabb() : reachOf(motionB, a, motionA, settings.gap + tolerance);
-    for (std::uint32_t i = 0; i < a.size(); ++i) {
-        if (!mayReach(bodyA, i, reachA)) {
-            continue;
-        }
-        for (std::uint32_t j = 0; j < b.size(); ++j) {
+    const std::vector<std::uint32_t> partsOfB = partsInReach(bodyB, motionB, a, motionA, settings.gap + tolerance);
+    for (const std::uint32_t i : partsInReach(bodyA, motionA, b, motionB, settings.gap + tolerance)) {
+        for (const std::uint32_t j : partsOfB) {
             const bool swapped = !isConvex(b[j].kind);
-            if ((swapped && !isConvex(a[i].kind)) || !mayReach(bodyB, j, reachB)) {
+            if (swapped && !isConvex(a[i].kind)) {
                 continue;
             }
             const Sides sides = swapped ? Sides{b[j], motionB, a[i], motionA, isAlone, isQuick}

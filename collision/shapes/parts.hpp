@@ -39,12 +39,39 @@ struct Part {
 
 std::vector<Part> partsOf(std::span<const Shape> shapes);
 
+// The parts of a compound by their boxes along its axes, so that a level of thousands in one body costs what the few
+// beside a crate do. A binary tree, halved at the median.
+class PartTree {
+public:
+    PartTree() = default;
+    // Empty of few parts, and where one has no end: they are looked at one by one.
+    explicit PartTree(std::span<const Part> parts);
+
+    bool empty() const { return nodes_.empty(); }
+    // Appends the parts whose boxes overlap `box`, rising.
+    void find(const Aabb& box, std::vector<std::uint32_t>& out) const;
+
+private:
+    struct Node {
+        Aabb box;
+        std::uint32_t begin = 0, end = 0;  // of order_
+        std::uint32_t right = 0;           // 0: a leaf; the left child is the next one
+    };
+    std::uint32_t build(std::uint32_t begin, std::uint32_t end);
+
+    std::vector<Node> nodes_;
+    std::vector<std::uint32_t> order_;
+    std::vector<Aabb> boxes_;
+};
+
 // Who asks about a compound again and again makes its parts once; without them they are made each time.
 struct BodyShapes {
     std::span<const Shape> shapes;
-    std::span<const Part> parts;  // of each shape, or none
+    std::span<const Part> parts;     // of each shape, or none
+    const PartTree* tree = nullptr;  // of the parts
 
-    BodyShapes(std::span<const Shape> all, std::span<const Part> known = {}) : shapes(all), parts(known) {}
+    BodyShapes(std::span<const Shape> all, std::span<const Part> known = {}, const PartTree* byBoxes = nullptr)
+        : shapes(all), parts(known), tree(byBoxes && !byBoxes->empty() ? byBoxes : nullptr) {}
     BodyShapes(const std::vector<Shape>& all) : shapes(all) {}
     BodyShapes(const Shape* first, std::size_t count) : shapes(first, count) {}
 };

@@ -370,8 +370,7 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
         margin.least = speculative.margin;
         margin.waysOfA = waysOfA;
         margin.waysOfB = waysOfB;
-        known = std::min(known, margin.least + *std::min_element(waysOfA.begin(), waysOfA.end()) +
-                                    *std::min_element(waysOfB.begin(), waysOfB.end()));
+        known = margin.leastOfAll();
     }
     static thread_local std::vector<Manifold> found;
     found.clear();

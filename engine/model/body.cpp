@@ -130,6 +130,7 @@ void measureShapes(BodyKind<S>& kind, double continuousShare) {
     const Vec3d centre = kind.localCentre.template cast<double>();
     kind.radius = boundingRadius(def.shapes, centre);
     kind.parts = partsOf(def.shapes);
+    kind.partTree = PartTree(kind.parts);
     double inner = std::numeric_limits<double>::infinity();
     for (const Shape& shape : def.shapes) {
         inner = std::min(inner, innerRadius(shape));

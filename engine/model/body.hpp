@@ -34,8 +34,9 @@ struct BodyKind {
     // its radius.
     double ccdDistance = std::numeric_limits<double>::infinity();
     std::vector<Part> parts;  // its shapes'
+    PartTree partTree;
 
-    BodyShapes shapes() const { return {def.shapes, parts}; }
+    BodyShapes shapes() const { return {def.shapes, parts, &partTree}; }
 };
 
 // The order of members leaves no gaps: memory of a body is memory of ten thousand.
