@@ -38,6 +38,18 @@ struct Boxed {
     }
 };
 
+bool overlapsParts(const Probe& probe, const QueryBody& body) {
+    const std::span<const Shape> shapes = body.shapes.shapes;
+    if (body.shapes.tree == nullptr) {
+        return overlaps(probe.shapes, probe.pose, shapes, body.pose);
+    }
+    std::vector<std::uint32_t> near;
+    body.shapes.tree->find(bounds(probe.shapes, relativePose(body.pose, probe.pose)), near);
+    return std::any_of(near.begin(), near.end(), [&](std::uint32_t part) {
+        return overlaps(probe.shapes, probe.pose, shapes.subspan(part, 1), body.pose);
+    });
+}
+
 template <class Answer, class Ask>
 std::vector<Answer> batch(std::size_t count, JobSystem& jobs, const Ask& ask) {
     std::vector<Answer> answers(count);
@@ -56,7 +68,7 @@ std::optional<BodyRayHit> BodyQuery::rayCast(const Ray& ray, const Filter& filte
         }
         rest.length = limit;
         const QueryBody body = bodyOf_(id);
-        const std::optional<RayHit> hit = cairn::rayCast(body.shapes, body.pose, rest);
+        const std::optional<RayHit> hit = rayCastParts(body.shapes, body.pose, rest);
         if (!hit || (best && hit->distance == best->distance && id > best->body)) {
             return limit;
         }
@@ -71,7 +83,7 @@ std::vector<BodyRayHit> BodyQuery::rayCastAll(const Ray& ray, const Filter& filt
     phase_.cast(ray.origin, unitDirection(ray), Vec3d::Zero(), ray.length, [&](ProxyId id, double limit) {
         if (passes(filter, id)) {
             const QueryBody body = bodyOf_(id);
-            if (const std::optional<RayHit> hit = cairn::rayCast(body.shapes, body.pose, ray)) {
+            if (const std::optional<RayHit> hit = rayCastParts(body.shapes, body.pose, ray)) {
                 hits.push_back({*hit, id});
             }
         }
@@ -86,7 +98,7 @@ bool BodyQuery::rayHits(const Ray& ray, const Filter& filter) const {
     phase_.cast(ray.origin, unitDirection(ray), Vec3d::Zero(), ray.length, [&](ProxyId id, double limit) {
         if (!any && passes(filter, id)) {
             const QueryBody body = bodyOf_(id);
-            any = cairn::rayCast(body.shapes, body.pose, ray).has_value();
+            any = rayCastParts(body.shapes, body.pose, ray).has_value();
         }
         return any ? -1.0 : limit;
     });
@@ -102,7 +114,7 @@ std::optional<BodyCastHit> BodyQuery::shapeCast(const Probe& probe, const Vec3d&
             return limit;
         }
         const QueryBody body = bodyOf_(id);
-        const auto hit = cairn::shapeCast(probe.shapes, probe.pose, displacement, body.shapes, body.pose);
+        const auto hit = shapeCastParts(probe.shapes, probe.pose, displacement, body.shapes, body.pose);
         if (!hit ||
             (best && (hit->fraction > best->fraction || (hit->fraction == best->fraction && id > best->body)))) {
             return limit;
@@ -120,7 +132,7 @@ std::vector<BodyCastHit> BodyQuery::shapeCastAll(const Probe& probe, const Vec3d
     phase_.cast(box.middle, displacement, box.half, 1, [&](ProxyId id, double limit) {
         if (passes(filter, id)) {
             const QueryBody body = bodyOf_(id);
-            if (const auto hit = cairn::shapeCast(probe.shapes, probe.pose, displacement, body.shapes, body.pose)) {
+            if (const auto hit = shapeCastParts(probe.shapes, probe.pose, displacement, body.shapes, body.pose)) {
                 hits.push_back({*hit, id});
             }
         }
@@ -136,7 +148,7 @@ bool BodyQuery::shapeCastHits(const Probe& probe, const Vec3d& displacement, con
     phase_.cast(box.middle, displacement, box.half, 1, [&](ProxyId id, double limit) {
         if (!any && passes(filter, id)) {
             const QueryBody body = bodyOf_(id);
-            any = cairn::shapeCast(probe.shapes, probe.pose, displacement, body.shapes, body.pose).has_value();
+            any = shapeCastParts(probe.shapes, probe.pose, displacement, body.shapes, body.pose).has_value();
         }
         return any ? -1.0 : limit;
     });
@@ -150,7 +162,7 @@ std::vector<ProxyId> BodyQuery::overlapping(const Probe& probe, const Filter& fi
             return true;
         }
         const QueryBody body = bodyOf_(id);
-        return !overlaps(probe.shapes, probe.pose, body.shapes, body.pose);
+        return !overlapsParts(probe, body);
     });
     return found;
 }
@@ -162,7 +174,7 @@ std::vector<ProxyId> BodyQuery::containing(const Vec3d& point, const Filter& fil
             return true;
         }
         const QueryBody body = bodyOf_(id);
-        return !contains(body.shapes, body.pose, point);
+        return !contains(body.shapes.shapes, body.pose, point);
     });
     return found;
 }
@@ -176,7 +188,7 @@ std::optional<BodyDistance> BodyQuery::closest(const Probe& probe, double maxDis
                 return limit;
             }
             const QueryBody body = bodyOf_(id);
-            const auto near = closestPoints(probe.shapes, probe.pose, body.shapes, body.pose, limit);
+            const auto near = closestPoints(probe.shapes, probe.pose, body.shapes.shapes, body.pose, limit);
             if (!near ||
                 (best && (near->distance > best->distance || (near->distance == best->distance && id > best->body)))) {
                 return limit;

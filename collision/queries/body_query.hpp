@@ -7,12 +7,13 @@
 #include "base/base.hpp"
 #include "collision/broad_phase/broad_phase.hpp"
 #include "collision/queries/time_of_impact.hpp"
+#include "collision/shapes/parts.hpp"
 
 namespace cairn {
 
 // A body as a query sees it.
 struct QueryBody {
-    std::span<const Shape> shapes;
+    BodyShapes shapes;
     Posed pose;  // world from body
 };
 

@@ -291,22 +291,41 @@ int TriangleRay::meet(const std::array<Vec3d, 3>& corners, const Vec3d& origin, 
 }
 
 std::optional<RayHit> rayCast(std::span<const Shape> shapes, const Posed& worldFromBody, const Ray& ray) {
+    return rayCastParts(BodyShapes(shapes), worldFromBody, ray);
+}
+
+std::optional<RayHit> rayCastParts(const BodyShapes& body, const Posed& worldFromBody, const Ray& ray) {
     const Vec3d direction = unitDirection(ray);
     std::optional<RayHit> best;
     double length = ray.length;
-    for (std::uint32_t i = 0; i < shapes.size(); ++i) {
-        const Shape& shape = shapes[i];
+    const auto castAt = [&](std::uint32_t i) {
+        const Shape& shape = body.shapes[i];
         // The difference of positions first, so that far from the origin is as good as near it.
         const Quatd turn = (worldFromBody.rotation * shape.pose.rotation).conjugate();
         const Vec3d o =
             turn * Vec3d(ray.origin - worldFromBody.position - worldFromBody.rotation * shape.pose.position);
         const LocalHit hit = castShape(shape, o, turn * direction, length, ray.backFaces);
-        if (std::isinf(hit.distance) || hit.distance > length || (best && hit.distance >= best->distance)) {
-            continue;
+        // Of equal ones the first.
+        if (std::isinf(hit.distance) || hit.distance > length ||
+            (best && (hit.distance > best->distance || (hit.distance == best->distance && i > best->shape)))) {
+            return;
         }
         best = RayHit{hit.distance, ray.origin + hit.distance * direction, (turn.conjugate() * hit.normal).normalized(),
                       i, hit.triangle};
         length = hit.distance;
+    };
+    if (body.tree != nullptr) {
+        const Quatd back = worldFromBody.rotation.conjugate();
+        constexpr double rounding = 1e-6;  // m
+        body.tree->cast(back * Vec3d(ray.origin - worldFromBody.position), back * direction, Vec3d::Constant(rounding),
+                        length, [&](std::uint32_t i, double) {
+                            castAt(i);
+                            return length;
+                        });
+        return best;
+    }
+    for (std::uint32_t i = 0; i < body.shapes.size(); ++i) {
+        castAt(i);
     }
     return best;
 }

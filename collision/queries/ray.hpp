@@ -1,11 +1,16 @@
 #pragma once
-// Inside collision/ only. Rays against triangles.
+// Inside collision/ only. Rays against triangles, and against compounds that know their parts.
 #include <cairn/shape_query.hpp>
+
+#include "collision/shapes/parts.hpp"
 
 namespace cairn {
 
 // Throws InputError, see rayCast().
 Vec3d unitDirection(const Ray& ray);
+
+// As rayCast().
+std::optional<RayHit> rayCastParts(const BodyShapes& body, const Posed& worldFromBody, const Ray& ray);
 
 // Meets triangles so that a ray through a common edge or corner never slips between neighbours: both take their side of
 // an edge from the same products (Woop, Benthin, Wald 2013, Watertight Ray/Triangle Intersection).

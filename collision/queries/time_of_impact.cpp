@@ -287,6 +287,11 @@ std::optional<Impact> timeOfImpact(const BodyShapes& a, const Motion& motionA, c
 
 std::optional<Impact> shapeCast(std::span<const Shape> moving, const Posed& start, const Vec3d& displacement,
                                 std::span<const Shape> standing, const Posed& pose) {
+    return shapeCastParts(moving, start, displacement, BodyShapes(standing), pose);
+}
+
+std::optional<Impact> shapeCastParts(std::span<const Shape> moving, const Posed& start, const Vec3d& displacement,
+                                     const BodyShapes& standing, const Posed& pose) {
     // GJK tells distances from 1e-7 m on.
     constexpr ImpactSettings touching{.gap = 5e-6, .slack = -1};
     Motion path;

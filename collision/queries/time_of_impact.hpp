@@ -37,6 +37,10 @@ struct ImpactSettings {
 std::optional<Impact> timeOfImpact(const BodyShapes& a, const Motion& motionA, const BodyShapes& b,
                                    const Motion& motionB, const ImpactSettings& settings = {});
 
+// As shapeCast(), at a body that knows its parts.
+std::optional<Impact> shapeCastParts(std::span<const Shape> moving, const Posed& start, const Vec3d& displacement,
+                                     const BodyShapes& standing, const Posed& pose);
+
 // How far the body's points can be moved by turning, m: no point of it travels farther than |displacement| + |turn|
 // times this. For choosing who gets continuous collision at all.
 double turningRadius(std::span<const Shape> shapes, const Vec3d& centre);

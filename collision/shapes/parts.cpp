@@ -1,4 +1,5 @@
 #include "collision/shapes/parts.hpp"
+#include "collision/shapes/box_walk.hpp"
 #include "collision/shapes/constants.hpp"
 #include "collision/shapes/convex.hpp"
 #include "collision/shapes/hull.hpp"
@@ -123,6 +124,24 @@ void PartTree::find(const Aabb& box, std::vector<std::uint32_t>& out) const {
         }
     }
     std::sort(out.begin() + first, out.end());
+}
+
+void PartTree::cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
+                    FunctionRef<double(std::uint32_t, double)> visit) const {
+    const MovingBox moving(origin, motion, half);
+    walkNearest(
+        std::uint32_t(0), limit,
+        [&](std::uint32_t node, double within) {
+            return moving.entry(nodes_[node].box.min, nodes_[node].box.max, within);
+        },
+        [&](std::uint32_t node) { return nodes_[node].right == 0; },
+        [&](std::uint32_t node, int side) { return side == 0 ? node + 1 : nodes_[node].right; },
+        [&](std::uint32_t node, double within) {
+            for (std::uint32_t i = nodes_[node].begin; i < nodes_[node].end; ++i) {
+                within = visit(order_[i], within);
+            }
+            return within;
+        });
 }
 
 }  // namespace cairn

@@ -2,6 +2,7 @@
 // The shapes of a body, each with what tells it from the others: of compounds, of which a question concerns few.
 #include <cairn/shapes.hpp>
 
+#include "base/function_ref.hpp"
 #include "collision/shapes/turn.hpp"
 
 #include <span>
@@ -50,6 +51,10 @@ public:
     bool empty() const { return nodes_.empty(); }
     // Appends the parts whose boxes overlap `box`, rising.
     void find(const Aabb& box, std::vector<std::uint32_t>& out) const;
+    // Calls visit(part, limit) for the parts that a box of these half extents may meet on its way from `origin` along
+    // `motion`, up to `limit` times that, the nearer first; it answers the new limit, which must not be greater.
+    void cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
+              FunctionRef<double(std::uint32_t, double)> visit) const;
 
 private:
     struct Node {

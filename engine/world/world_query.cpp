@@ -170,7 +170,7 @@ template <class S>
 BodyQuery bodyQuery(const BodyTable<S>& bodies, const BroadPhase& broadPhase) {
     return {broadPhase, [&bodies](ProxyId proxy) {
                 const Body<S>& b = bodies[proxy];
-                return QueryBody{b.kind->def.shapes, b.framePoseDouble()};
+                return QueryBody{b.kind->shapes(), b.framePoseDouble()};
             }};
 }
 
