@@ -50,6 +50,40 @@ double slackOf(const Shape& first, const Shape& second, const ImpactSettings& se
     return std::min(settings.slack, settings.slackShare * inner);
 }
 
+// B on its way over the planes of a surface's triangles: past most it flies high above.
+class OverSurface {
+public:
+    // placed: B at the start, in the frame of the surface. armB: as MovingPair's.
+    OverSurface(const Sides& s, const Convex& placed, double armB)
+        : s_(s), placed_(placed), ended_(placed), armB_(armB), turns_(s.firstMotion.turn.squaredNorm() > 0) {
+        if (!turns_) {
+            const Posed end = relativePose(s.firstMotion.at(1) * s.first.pose, s.secondMotion.at(1) * s.second.pose);
+            ended_ = makeConvex(s.second, end.rotation.toRotationMatrix(), end.position);
+            // Between start and end what turns goes beyond the line by no more than a chord's sagitta.
+            sagitta_ = 0.125 * armB * s.secondMotion.turn.squaredNorm();
+        }
+    }
+    // Whether it is seen to stay higher above a triangle's plane than `near`, m.
+    bool stays(const Triangle& t, double armA, double near) {
+        const double height = t.face.dot(t.corners[0]);
+        const auto above = [&](const Convex& at, int& hint) { return -supportDistance(at, -t.face, hint) - height; };
+        const double now = above(placed_, hint_);
+        const Vec3d face = s_.firstMotion.start.rotation * (s_.first.pose.rotation * t.face);
+        return now - approachOf(s_.firstMotion, armA, s_.secondMotion, armB_, face) > near ||
+               (!turns_ && now - sagitta_ > near && above(ended_, endHint_) - sagitta_ > near);
+    }
+
+private:
+    const Sides& s_;
+    const Convex& placed_;
+    Convex ended_;
+    double armB_;
+    double sagitta_ = 0;
+    bool turns_;
+    int hint_ = 0;
+    int endHint_ = 0;
+};
+
 bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double limit, Impact& impact,
                      std::vector<Closeness>& passed) {
     const Convex b = makeConvex(s.second);
@@ -79,14 +113,9 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
     const Aabb start{(box.min.array() - turning).max(centre0.position.array() - radius),
                      (box.max.array() + turning).min(centre0.position.array() + radius)};
     const Vec3d half = (0.5 * (start.max - start.min)).array() + (slack.gap + slack.tolerance + bend);
-    // Where it ends, in the frame of a surface that does not turn: between start and end what turns goes beyond the
-    // line by no more than a chord's sagitta.
-    const Posed endB = relativePose(s.firstMotion.at(1) * s.first.pose, s.secondMotion.at(1) * s.second.pose);
-    const Convex ended = makeConvex(s.second, endB.rotation.toRotationMatrix(), endB.position);
-    const double sagitta = 0.125 * armB * s.secondMotion.turn.squaredNorm();
+    OverSurface over(s, placed, armB);
+    const double near = (s.isWhole ? -slack.maxDepth : slack.gap) + 2 * slack.tolerance;
     bool found = false;
-    int hint = 0;
-    int endHint = 0;
     castBoxAtTriangles(s.first, 0.5 * (start.min + start.max), motion, half, limit, [&](int index, double within) {
         const Triangle t = triangleOf(s.first, index);
         if (!backFaces && t.face.dot(inside - t.corners[0]) < 0) {
@@ -96,14 +125,7 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
         for (const Vec3d& corner : t.corners) {
             armA = std::max(armA, (s.first.pose * corner - s.firstMotion.centre).norm());
         }
-        // Most are flown past, high above their planes.
-        const double near = s.isWhole ? -slack.maxDepth + 2 * slack.tolerance : slack.gap + 2 * slack.tolerance;
-        const double height = t.face.dot(t.corners[0]);
-        const double above = -supportDistance(placed, -t.face, hint) - height;
-        if (above - approachOf(s.firstMotion, armA, s.secondMotion, armB, worldFromSurface.rotation * t.face) > near) {
-            return within;
-        }
-        if (!turns && above - sagitta > near && -supportDistance(ended, -t.face, endHint) - height - sagitta > near) {
+        if (over.stays(t, armA, near)) {
             return within;
         }
         MovingPair pair(s.firstMotion, s.first.pose, s.secondMotion, s.second.pose,
