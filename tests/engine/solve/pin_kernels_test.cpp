@@ -117,7 +117,8 @@ HandMadeIsland net(TestRandom& random) {
     HandMadeIsland island;
     std::vector<BodyId> bodies{island.fixed(Vec3d(-1, 0, 0))};
     for (std::size_t k = 0; k < side * side; ++k) {
-        const Vec3d place = random.vector(0.1) + Vec3d(static_cast<double>(k % side), static_cast<double>(k / side), 0);
+        const std::size_t row = k / side;
+        const Vec3d place = random.vector(0.1) + Vec3d(static_cast<double>(k % side), static_cast<double>(row), 0);
         bodies.push_back(k == 17 ? island.particle(place, 0.5, random.vector(1))
                                  : island.body({place, random.rotation()}, 1 + static_cast<double>(k % 3),
                                                Vec3d(0.2, 0.3, 0.4), random.vector(1), random.vector(2)));
