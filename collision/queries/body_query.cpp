@@ -50,6 +50,26 @@ bool overlapsParts(const Probe& probe, const QueryBody& body) {
     });
 }
 
+// As closestPoints(), of equally near parts the first.
+std::optional<Closest> closestOfParts(const Probe& probe, const QueryBody& body, double maxDistance) {
+    if (body.shapes.tree == nullptr) {
+        return closestPoints(probe.shapes, probe.pose, body.shapes.shapes, body.pose, maxDistance);
+    }
+    std::optional<Closest> best;
+    const Aabb box = bounds(probe.shapes, relativePose(body.pose, probe.pose));
+    body.shapes.tree->near(box, maxDistance, [&](std::uint32_t part, double limit) {
+        auto near = closestPoints(probe.shapes, probe.pose, body.shapes.shapes.subspan(part, 1), body.pose, limit);
+        if (near &&
+            (!best || near->distance < best->distance || (near->distance == best->distance && part < best->shapeB))) {
+            near->shapeB = part;
+            best = near;
+        }
+        // The deepest of several overlaps is asked for: all those boxes are at 0.
+        return best ? std::clamp(best->distance, 0.0, limit) : limit;
+    });
+    return best;
+}
+
 template <class Answer, class Ask>
 std::vector<Answer> batch(std::size_t count, JobSystem& jobs, const Ask& ask) {
     std::vector<Answer> answers(count);
@@ -188,7 +208,7 @@ std::optional<BodyDistance> BodyQuery::closest(const Probe& probe, double maxDis
                 return limit;
             }
             const QueryBody body = bodyOf_(id);
-            const auto near = closestPoints(probe.shapes, probe.pose, body.shapes.shapes, body.pose, limit);
+            const auto near = closestOfParts(probe, body, limit);
             if (!near ||
                 (best && (near->distance > best->distance || (near->distance == best->distance && id > best->body)))) {
                 return limit;

@@ -126,22 +126,32 @@ void PartTree::find(const Aabb& box, std::vector<std::uint32_t>& out) const {
     std::sort(out.begin() + first, out.end());
 }
 
-void PartTree::cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
-                    FunctionRef<double(std::uint32_t, double)> visit) const {
-    const MovingBox moving(origin, motion, half);
+template <class Measure>
+void PartTree::walk(double limit, const Measure& measure, FunctionRef<double(std::uint32_t, double)> visit) const {
     walkNearest(
-        std::uint32_t(0), limit,
-        [&](std::uint32_t node, double within) {
-            return moving.entry(nodes_[node].box.min, nodes_[node].box.max, within);
-        },
+        std::uint32_t(0), limit, [&](std::uint32_t node, double within) { return measure(nodes_[node].box, within); },
         [&](std::uint32_t node) { return nodes_[node].right == 0; },
         [&](std::uint32_t node, int side) { return side == 0 ? node + 1 : nodes_[node].right; },
         [&](std::uint32_t node, double within) {
             for (std::uint32_t i = nodes_[node].begin; i < nodes_[node].end; ++i) {
-                within = visit(order_[i], within);
+                if (measure(boxes_[order_[i]], within) <= within) {
+                    within = visit(order_[i], within);
+                }
             }
             return within;
         });
+}
+
+void PartTree::cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
+                    FunctionRef<double(std::uint32_t, double)> visit) const {
+    const MovingBox moving(origin, motion, half);
+    walk(
+        limit, [&](const Aabb& box, double within) { return moving.entry(box.min, box.max, within); }, visit);
+}
+
+void PartTree::near(const Aabb& box, double limit, FunctionRef<double(std::uint32_t, double)> visit) const {
+    walk(
+        limit, [&](const Aabb& part, double) { return boxDistance(box, part.min, part.max); }, visit);
 }
 
 }  // namespace cairn

@@ -55,6 +55,8 @@ public:
     // `motion`, up to `limit` times that, the nearer first; it answers the new limit, which must not be greater.
     void cast(const Vec3d& origin, const Vec3d& motion, const Vec3d& half, double limit,
               FunctionRef<double(std::uint32_t, double)> visit) const;
+    // The same for the parts whose boxes are within `limit` (m) of a box.
+    void near(const Aabb& box, double limit, FunctionRef<double(std::uint32_t, double)> visit) const;
 
 private:
     struct Node {
@@ -63,6 +65,9 @@ private:
         std::uint32_t right = 0;           // 0: a leaf; the left child is the next one
     };
     std::uint32_t build(std::uint32_t begin, std::uint32_t end);
+    // measure(box, limit): a lower bound, infinite to leave it out.
+    template <class Measure>
+    void walk(double limit, const Measure& measure, FunctionRef<double(std::uint32_t, double)> visit) const;
 
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> order_;

@@ -115,6 +115,15 @@ TEST(PartTree, DoesNotShowInContacts) {
     EXPECT_GT(met, 500U);
 }
 
+// Asked of a world that holds it alone.
+std::optional<BodyDistance> closestBody(const Compound& level, const Posed& pose, const Probe& probe, double within) {
+    BroadPhase phase;
+    phase.add(0, bounds(level.shapes, pose), true);
+    phase.update();
+    const BodyQuery query(phase, [&](ProxyId) { return QueryBody{level.whole(true), pose}; });
+    return query.closest(probe, within);
+}
+
 TEST(PartTree, DoesNotShowInQueriesAndMeetings) {
     std::mt19937 random(4);
     int hits = 0;
@@ -145,6 +154,13 @@ TEST(PartTree, DoesNotShowInQueriesAndMeetings) {
             ++casts;
             EXPECT_EQ(plain->fraction, cast->fraction);
             EXPECT_EQ(plain->shapeB, cast->shapeB);
+        }
+        const auto nearest = closestPoints(crate, start, level.shapes, pose, 2);
+        const auto found = closestBody(level, pose, {crate, start}, 2);
+        ASSERT_EQ(nearest.has_value(), found.has_value());
+        if (nearest) {
+            EXPECT_EQ(nearest->distance, found->distance);
+            EXPECT_EQ(nearest->shapeB, found->shapeB);
         }
         Motion still;
         still.start = pose;
