@@ -13,12 +13,12 @@ namespace {
 
 using truth::uniform;
 
-Vec3d randomVector(std::mt19937& random, double size) {
+Vec3d vectorWithin(std::mt19937& random, double size) {
     return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
 }
 
-Posed randomPose(std::mt19937& random, double size) {
-    return {randomVector(random, size), expQuat<double>(randomVector(random, 2))};
+Posed poseWithin(std::mt19937& random, double size) {
+    return {vectorWithin(random, size), expQuat<double>(vectorWithin(random, 2))};
 }
 
 std::vector<Shape> randomParts(std::mt19937& random, int count, double size) {
@@ -26,8 +26,8 @@ std::vector<Shape> randomParts(std::mt19937& random, int count, double size) {
     for (int i = 0; i < count; ++i) {
         Shape part = i % 3 == 0   ? sphere(uniform(random, 0.1, 0.4))
                      : i % 3 == 1 ? capsule(0.1, uniform(random, 0.1, 0.5))
-                                  : box(Vec3d::Constant(0.1) + randomVector(random, 0.4).cwiseAbs());
-        part.pose = randomPose(random, size);
+                                  : box(Vec3d::Constant(0.1) + vectorWithin(random, 0.4).cwiseAbs());
+        part.pose = poseWithin(random, size);
         parts.push_back(part);
     }
     return parts;
@@ -47,8 +47,8 @@ TEST(PartTree, FindsWhatLookingAtAllFinds) {
         const Compound level{randomParts(random, 17 + 40 * trial, 6)};
         ASSERT_FALSE(level.tree.empty());
         for (int k = 0; k < 50; ++k) {
-            const Vec3d middle = randomVector(random, 8);
-            const Aabb box{middle - randomVector(random, 2).cwiseAbs(), middle + randomVector(random, 2).cwiseAbs()};
+            const Vec3d middle = vectorWithin(random, 8);
+            const Aabb box{middle - vectorWithin(random, 2).cwiseAbs(), middle + vectorWithin(random, 2).cwiseAbs()};
             std::vector<std::uint32_t> found{7};
             level.tree.find(box, found);
             std::vector<std::uint32_t> all{7};
@@ -76,7 +76,7 @@ TEST(PartTree, DoesNotShowInContacts) {
     for (int trial = 0; trial < 60; ++trial) {
         const Compound level{randomParts(random, 120, 4)};
         const Compound mover{randomParts(random, trial % 3 == 0 ? 1 : trial % 3 == 1 ? 5 : 60, 0.5)};
-        const Posed pose = randomPose(random, 4);
+        const Posed pose = poseWithin(random, 4);
         // Of some, each part goes a way of its own.
         const std::vector<double> ways(mover.shapes.size(), 0.1);
         const std::vector<double> still(level.shapes.size(), 0.02);
@@ -131,10 +131,10 @@ TEST(PartTree, DoesNotShowInQueriesAndMeetings) {
     int casts = 0;
     for (int trial = 0; trial < 200; ++trial) {
         const Compound level{randomParts(random, 80, 4)};
-        const Posed pose = randomPose(random, 2);
+        const Posed pose = poseWithin(random, 2);
         Ray ray;
-        ray.origin = randomVector(random, 8);
-        ray.direction = randomVector(random, 0.5) - 0.3 * ray.origin;
+        ray.origin = vectorWithin(random, 8);
+        ray.direction = vectorWithin(random, 0.5) - 0.3 * ray.origin;
         const auto direct = rayCast(level.shapes, pose, ray);
         const auto byTree = rayCastParts(level.whole(true), pose, ray);
         ASSERT_EQ(direct.has_value(), byTree.has_value());
@@ -145,8 +145,8 @@ TEST(PartTree, DoesNotShowInQueriesAndMeetings) {
             EXPECT_EQ(direct->normal, byTree->normal);
         }
         const std::vector<Shape> crate{box({0.2, 0.1, 0.3})};
-        const Posed start = randomPose(random, 6);
-        const Vec3d way = -start.position + randomVector(random, 2);
+        const Posed start = poseWithin(random, 6);
+        const Vec3d way = -start.position + vectorWithin(random, 2);
         const auto plain = shapeCast(crate, start, way, level.shapes, pose);
         const auto cast = shapeCastParts(crate, start, way, level.whole(true), pose);
         ASSERT_EQ(plain.has_value(), cast.has_value());
@@ -167,7 +167,7 @@ TEST(PartTree, DoesNotShowInQueriesAndMeetings) {
         Motion path;
         path.start = start;
         path.displacement = way;
-        path.turn = randomVector(random, 0.5);
+        path.turn = vectorWithin(random, 0.5);
         const auto one = timeOfImpact(BodyShapes(crate), path, level.whole(false), still);
         const auto other = timeOfImpact(BodyShapes(crate), path, level.whole(true), still);
         ASSERT_EQ(one.has_value(), other.has_value());
@@ -190,7 +190,7 @@ TEST(VectorGroups, SameBitsByEveryInstructionSet) {
         std::vector<double> numbers(3 * 8 * static_cast<std::size_t>((count + 7) / 8));
         for (int i = 0; i < count; ++i) {
             // Some are there twice: the first counts.
-            vectors.push_back(i % 5 == 4 ? vectors[static_cast<std::size_t>(i - 3)] : randomVector(random, 1));
+            vectors.push_back(i % 5 == 4 ? vectors[static_cast<std::size_t>(i - 3)] : vectorWithin(random, 1));
             groups.add(vectors.back());
         }
         for (std::size_t i = 0; i < numbers.size() / 3; ++i) {
@@ -200,7 +200,7 @@ TEST(VectorGroups, SameBitsByEveryInstructionSet) {
             }
         }
         for (int trial = 0; trial < 50; ++trial) {
-            const Vec3d to = randomVector(random, 1);
+            const Vec3d to = vectorWithin(random, 1);
             const auto along = [&](const Vec3d& v) { return v.x() * to.x() + v.y() * to.y() + v.z() * to.z(); };
             int farthest = 0;
             for (int i = 1; i < count; ++i) {

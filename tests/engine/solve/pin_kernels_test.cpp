@@ -83,7 +83,7 @@ struct Pins {
 };
 
 template <class S>
-void expectSameBits() {
+void expectPinsAlike() {
     TestRandom random(21);
     const auto all = allPinKernels<S>();
     ASSERT_GE(all.size(), 2U);
@@ -106,13 +106,13 @@ void expectSameBits() {
 }
 
 TEST(PinKernels, SameBitsByEveryInstructionSet) {
-    expectSameBits<float>();
-    expectSameBits<double>();
+    expectPinsAlike<float>();
+    expectPinsAlike<double>();
 }
 
 // A net of bodies that turn, tied to their neighbours and at one corner to what is fixed: most knots are balls, some of
 // them soft or with friction, some hinges and sliders; one body is a particle.
-HandMadeIsland net(TestRandom& random) {
+HandMadeIsland tiedNet(TestRandom& random) {
     constexpr std::size_t side = 7;
     HandMadeIsland island;
     std::vector<BodyId> bodies{island.fixed(Vec3d(-1, 0, 0))};
@@ -167,7 +167,7 @@ HandMadeIsland net(TestRandom& random) {
 }
 
 // What is known of the problem after three sub-steps.
-std::vector<double> answerOf(Problem<double> problem) {
+std::vector<double> answerOfNet(Problem<double> problem) {
     constexpr double h = 0.005;
     std::vector<double> all;
     CompactSweeps<double> sweeps;
@@ -205,11 +205,11 @@ TEST(PinKernels, AnswerAsJointsOneByOne) {
     TestRandom random(22);
     const std::shared_ptr<JobSystem> jobs = makeTbbJobSystem(2);
     for (int trial = 0; trial < 20; ++trial) {
-        const HandMadeIsland island = net(random);
+        const HandMadeIsland island = tiedNet(random);
         Problem<double> inLanes = island.problem;
         inLanes.jobs = jobs.get();
-        const std::vector<double> answer = answerOf(inLanes);
-        EXPECT_EQ(answer, answerOf(island.problem));
+        const std::vector<double> answer = answerOfNet(inLanes);
+        EXPECT_EQ(answer, answerOfNet(island.problem));
         EXPECT_GT(*std::max_element(answer.begin(), answer.end()), 0.5);
         EXPECT_TRUE(std::all_of(answer.begin(), answer.end(), [](double x) { return std::isfinite(x); }));
     }
