@@ -5,11 +5,11 @@ namespace cairn {
 namespace {
 
 // Boxes that drift, 3 cm apart and with 1 cm/s at most, with nothing below: near each other for the broad phase.
-struct Drift {
+struct DriftingPair {
     Worldd world{{.gravity = Vec3d::Zero(), .sleep = {.enabled = false}}};
     std::vector<BodyId> boxes;
 
-    explicit Drift(double nearing) {
+    explicit DriftingPair(double nearing) {
         for (int k = 0; k < 6; ++k) {
             boxes.push_back(world.add({.shapes = {box(Vec3d::Constant(0.2))},
                                        .position = {0.43 * k, 0, 0},
@@ -26,7 +26,7 @@ struct Drift {
 };
 
 TEST(FarPairs, AreNotLookedAt) {
-    Drift drift(0);
+    DriftingPair drift(0);
     EXPECT_GE(drift.calls(1), 5U);
     EXPECT_EQ(drift.calls(30), 0U);
     EXPECT_EQ(drift.world.report().counts.pairs, 5);
@@ -35,7 +35,7 @@ TEST(FarPairs, AreNotLookedAt) {
 // Where it meets its neighbour: unseen for one step it would be 1.7 mm deep. (They turn a little, of which the distance
 // of their centres knows nothing.)
 TEST(FarPairs, MeetWhenTheyDo) {
-    Drift drift(0.1);
+    DriftingPair drift(0.1);
     double deepest = 0;  // m
     for (int i = 0; i < 120; ++i) {
         drift.world.step(1.0 / 60);
@@ -48,21 +48,21 @@ TEST(FarPairs, MeetWhenTheyDo) {
 }
 
 TEST(FarPairs, AreLookedAtWhereAGameMovesThem) {
-    Drift drift(0);
+    DriftingPair drift(0);
     drift.calls(10);
     const Posed second = drift.world.pose(drift.boxes[1]);
     drift.world.setPose(drift.boxes[0], {second.position - Vec3d(0.39, 0, 0), second.rotation});
     drift.calls(1);
     EXPECT_GT(drift.world.report().counts.contacts, 0);
 
-    Drift pushed(0);
+    DriftingPair pushed(0);
     pushed.calls(10);
     pushed.world.setVelocity(pushed.boxes[0], {3, 0, 0}, Vec3d::Zero());
     pushed.calls(3);
     EXPECT_GT(pushed.world.linearVelocity(pushed.boxes[1]).x(), 0.5);
 
     // A blow tells contacts nothing before the step that it is dealt for.
-    Drift hit(0);
+    DriftingPair hit(0);
     hit.calls(10);
     hit.world.applyImpulse(hit.boxes[0], {3 * 64, 0, 0}, hit.world.centre(hit.boxes[0]));
     hit.calls(4);
