@@ -201,11 +201,16 @@ double approach(const PlacedSide<S>& a, const PlacedSide<S>& b, const Vec3d& n) 
     return std::max({va + vb, va, vb, 0.0}) + turningSpeed(a, b);
 }
 
-// Whether the parts of a compound are told apart by how far each goes: not of the larger body, whose spin counts by the
-// smaller one's size.
+// Whether the parts of a compound are told apart by how far each goes: where it is far longer than they are, and not
+// the larger body, whose spin counts by the smaller one's size.
 template <class S>
 bool goesByParts(const PlacedSide<S>& side, const PlacedSide<S>& other) {
-    return side.body->kind->shapes().parts.size() > 1 && side.body->kind->radius <= other.body->kind->radius;
+    constexpr double muchShorter = 0.25;
+    const BodyKind<S>& kind = *side.body->kind;
+    const std::span<const Part> parts = kind.shapes().parts;
+    return parts.size() > 1 && kind.radius <= other.body->kind->radius &&
+           std::all_of(parts.begin(), parts.end(),
+                       [&](const Part& part) { return part.radius <= muchShorter * kind.radius; });
 }
 
 // m: what no point of each shape exceeds within dt, as the body moves now.
