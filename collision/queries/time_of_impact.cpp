@@ -91,7 +91,8 @@ bool impactOnSurface(const Sides& s, const Slack& slack, bool backFaces, double 
     const double radius = boundingRadius({&s.second, 1}, s.secondMotion.centre);
     // The path of B's centre in the frame of the surface.
     const Posed worldFromSurface = s.firstMotion.start * s.first.pose;
-    const Posed centre0 = relativePose(worldFromSurface, Posed{s.secondMotion.start * s.secondMotion.centre, {}});
+    const Posed centre0 =
+        relativePose(worldFromSurface, Posed{s.secondMotion.start * s.secondMotion.centre, Quatd::Identity()});
     const bool turns = s.firstMotion.turn.squaredNorm() > 0;
     const Vec3d motion =
         worldFromSurface.rotation.conjugate() * Vec3d(s.secondMotion.displacement - s.firstMotion.displacement);
