@@ -64,10 +64,10 @@ struct Margin {
 };
 
 // Appends to `out` the manifolds of body A against body B, in a fixed order. aFromB: the pose of B's body frame in A's.
-// margin: points up to this far apart are reported too, with positive separation, so that a resting contact
-// does not flicker and the solver can stop a body before it touches. Thread-safe for different caches. Never throws: a
-// pair that no method can answer is repaired and counted. Poses must be finite. Answers how far apart the two are at
-// least, m: the margin or more where nothing was found and that is known, else 0.
+// margin: points up to this far apart are reported too, with positive separation, so that a resting contact does not
+// flicker and the solver can stop a body before it touches. Thread-safe for different caches. Never throws: a pair that
+// no method can answer is repaired and counted. Poses must be finite. Answers how far apart the two are at least, m:
+// the margin or more where nothing was found and that is known, else 0.
 double collide(const BodyShapes& a, const BodyShapes& b, const Posed& aFromB, const Margin& margin, PairCache& cache,
                std::vector<Manifold>& out, NarrowCounts& counts, NarrowPhase which = NarrowPhase::Auto);
 

@@ -5,6 +5,7 @@
 #include "collision/shapes/hull.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace cairn {
@@ -134,7 +135,8 @@ void PartTree::walk(double limit, const Measure& measure, FunctionRef<double(std
         [&](std::uint32_t node, int side) { return side == 0 ? node + 1 : nodes_[node].right; },
         [&](std::uint32_t node, double within) {
             for (std::uint32_t i = nodes_[node].begin; i < nodes_[node].end; ++i) {
-                if (measure(boxes_[order_[i]], within) <= within) {
+                const double bound = measure(boxes_[order_[i]], within);
+                if (bound <= within && !std::isinf(bound)) {
                     within = visit(order_[i], within);
                 }
             }

@@ -14,6 +14,11 @@ struct RowTerms {
     S hi = 0;
 };
 
+template <class Bounds>  // a row or its terms
+bool isBounded(const Bounds& of) {
+    return of.lo > -infinity<decltype(of.lo)>() || of.hi < infinity<decltype(of.hi)>();
+}
+
 // The terms of a soft or a velocity row; `hard` says that the row is neither, and left to the solver's own way with
 // errors. Spring and damper implicitly: lambda = -k (C + h u) - c u, with k = 1 / compliance.
 template <class S>

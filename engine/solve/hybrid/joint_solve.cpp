@@ -17,11 +17,6 @@ template <class S, class Row>
     return part;
 }
 
-template <class Bounds>  // a row or its terms
-bool isBounded(const Bounds& t) {
-    return t.lo > -infinity<decltype(t.lo)>() || t.hi < infinity<decltype(t.hi)>();
-}
-
 // Friction of a joint: within its bounds it says what the others do, and to and fro beyond them; sweeps are enough.
 template <class S>
 bool isFriction(const Row<S>& row) {

@@ -131,12 +131,16 @@ HWY_INLINE Vector<D> speed(const Twist<D>& a, const Twist<D>& b, const Vector<D>
     return ((b.v + cross<D>(b.w, armB)) - a.v) - cross<D>(a.w, armA);
 }
 
-// Both bodies of the constraints of some lanes: `bodyA` and `bodyB` say which of all `twists` and `masses`.
+// Both bodies of the constraints of a pack from `lane` on, among the twists and masses of a view.
 template <class D>
 struct Bodies {
     using S = hn::TFromD<D>;
-    HWY_INLINE Bodies(D d, const S* twists, const S* masses, const LaneIndex<S>* bodyA, const LaneIndex<S>* bodyB)
-        : a(d, twists, bodyA), b(d, twists, bodyB), massA(d, masses, bodyA), massB(d, masses, bodyB) {}
+    template <class View, class Pack>
+    HWY_INLINE Bodies(D d, const View& view, const Pack& pack, std::size_t lane)
+        : a(d, view.twists, pack.bodyA + lane),
+          b(d, view.twists, pack.bodyB + lane),
+          massA(d, view.masses, pack.bodyA + lane),
+          massB(d, view.masses, pack.bodyB + lane) {}
     HWY_INLINE void push(const Vector<D>& armA, const Vector<D>& armB, const Vector<D>& impulse) {
         a.v = a.v - scaled<D>(massA.inverse, impulse);
         a.w = a.w - massA.spin(cross<D>(armA, impulse));
@@ -155,6 +159,11 @@ struct Bodies {
         a.w = a.w - scaled<D>(impulse, turns.a);
         b.v = b.v + scaled<D>(hn::Mul(massB.inverse, impulse), direction);
         b.w = b.w + scaled<D>(impulse, turns.b);
+    }
+    template <class View, class Pack>
+    HWY_INLINE void putBack(D d, const View& view, const Pack& pack, std::size_t lane) const {
+        a.putBack(d, view.twists, pack.bodyA + lane, pack.movesA >> lane);
+        b.putBack(d, view.twists, pack.bodyB + lane, pack.movesB >> lane);
     }
     Twist<D> a, b;
     Mass<D> massA, massB;

@@ -29,18 +29,6 @@ struct Frame {
     Vector<D> normal, tangent1, tangent2;
 };
 
-// Of the lanes of a pack from `lane` on.
-template <class D, class S>
-HWY_INLINE Bodies<D> bodiesOf(D d, const ContactLanesView<S>& view, const ContactPack<S>& pack, std::size_t lane) {
-    return Bodies<D>(d, view.twists, view.masses, pack.bodyA + lane, pack.bodyB + lane);
-}
-template <class D, class S>
-HWY_INLINE void putBack(D d, const Bodies<D>& bodies, const ContactLanesView<S>& view, const ContactPack<S>& pack,
-                        std::size_t lane) {
-    bodies.a.putBack(d, view.twists, pack.bodyA + lane, pack.movesA >> lane);
-    bodies.b.putBack(d, view.twists, pack.bodyB + lane, pack.movesB >> lane);
-}
-
 // Calls visit(d, pack, lane) for the lanes of packs [begin, end).
 template <class S, class Visit>
 HWY_INLINE void forLanes(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const Visit& visit) {
@@ -213,7 +201,7 @@ void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, c
     forLanes<S>(
         view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
             using D = decltype(d);
-            Bodies<D> bodies = bodiesOf(d, view, pack, lane);
+            Bodies<D> bodies(d, view, pack, lane);
             const Twist<D> a(d, before, pack.bodyA + lane);
             const Twist<D> b(d, before, pack.bodyB + lane);
             const Frame<D> frame(d, pack, lane);
@@ -234,7 +222,7 @@ void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, c
                 }
                 bodies.push(armA, armB, impulse);
             }
-            putBack(d, bodies, view, pack, lane);
+            bodies.putBack(d, view, pack, lane);
         });
 }
 
@@ -282,7 +270,7 @@ void sweep(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, 
     forLanes<S>(view, begin, end,
                 [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
                     using D = decltype(d);
-                    Bodies<D> bodies = bodiesOf(d, view, pack, lane);
+                    Bodies<D> bodies(d, view, pack, lane);
                     const Frame<D> frame(d, pack, lane);
                     const Vector<D> apart = load(d, pack.apart, lane);
                     const auto xi = hn::Set(d, relaxation);
@@ -290,7 +278,7 @@ void sweep(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, 
                     for (std::size_t k = 0; k < pack.count; ++k) {
                         changed = sweepPoint<D, S>(d, point[k], lane, frame, apart, bodies, xi, changed);
                     }
-                    putBack(d, bodies, view, pack, lane);
+                    bodies.putBack(d, view, pack, lane);
                     alignas(64) S room[ContactPack<S>::width];
                     hn::Store(changed, d, room);
                     for (std::size_t n = 0; n < hn::Lanes(d); ++n) {

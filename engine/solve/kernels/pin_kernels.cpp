@@ -50,13 +50,6 @@ HWY_INLINE void writeByVisit(D d, const PinPack<S>& pack, std::size_t lane, hn::
     }
 }
 
-template <class D, class S>
-HWY_INLINE void putBack(D d, const Bodies<D>& bodies, const PinLanesView<S>& view, const PinPack<S>& pack,
-                        std::size_t lane) {
-    bodies.a.putBack(d, view.twists, pack.bodyA + lane, pack.movesA >> lane);
-    bodies.b.putBack(d, view.twists, pack.bodyB + lane, pack.movesB >> lane);
-}
-
 template <class S>
 void couple(const PinLanesView<S>& view, std::size_t begin, std::size_t end, S* delassus) {
     forLanes<S>(view, begin, end, [&](auto d, PinPack<S>& pack, std::size_t lane) HWY_ATTR {
@@ -83,7 +76,7 @@ template <class S>
 void push(const PinLanesView<S>& view, std::size_t begin, std::size_t end, const S* before, S* work) {
     forLanes<S>(view, begin, end, [&](auto d, PinPack<S>& pack, std::size_t lane) HWY_ATTR {
         using D = decltype(d);
-        Bodies<D> bodies(d, view.twists, view.masses, pack.bodyA + lane, pack.bodyB + lane);
+        Bodies<D> bodies(d, view, pack, lane);
         const Twist<D> a(d, before, pack.bodyA + lane);
         const Twist<D> b(d, before, pack.bodyB + lane);
         const Pins<D> pins(d, pack, lane);
@@ -94,7 +87,7 @@ void push(const PinLanesView<S>& view, std::size_t begin, std::size_t end, const
         };
         writeByVisit(d, pack, lane, hn::Add(hn::Add(along(0, p.x), along(1, p.y)), along(2, p.z)), work);
         bodies.push(pins.armA, pins.armB, pins.inWorld(p.x, p.y, p.z));
-        putBack(d, bodies, view, pack, lane);
+        bodies.putBack(d, view, pack, lane);
     });
 }
 
@@ -102,7 +95,7 @@ template <class S>
 void sweep(const PinLanesView<S>& view, std::size_t begin, std::size_t end, S relaxation, S* change) {
     forLanes<S>(view, begin, end, [&](auto d, PinPack<S>& pack, std::size_t lane) HWY_ATTR {
         using D = decltype(d);
-        Bodies<D> bodies(d, view.twists, view.masses, pack.bodyA + lane, pack.bodyB + lane);
+        Bodies<D> bodies(d, view, pack, lane);
         const Pins<D> pins(d, pack, lane);
         const Vector<D> u = speed<D>(bodies.a, bodies.b, pins.armA, pins.armB);
         hn::Vec<D> error[3], scale[3], step[3], dp[3];
@@ -129,7 +122,7 @@ void sweep(const PinLanesView<S>& view, std::size_t begin, std::size_t end, S re
         error[2] = hn::Add(error[2], couples(2, 1));
         solve(2);
         bodies.push(pins.armA, pins.armB, pins.inWorld(dp[0], dp[1], dp[2]));
-        putBack(d, bodies, view, pack, lane);
+        bodies.putBack(d, view, pack, lane);
         const auto changed = [&](int r) HWY_ATTR { return hn::Mul(hn::Mul(scale[r], dp[r]), dp[r]); };
         writeByVisit(d, pack, lane, hn::Add(hn::Add(changed(0), changed(1)), changed(2)), change);
     });

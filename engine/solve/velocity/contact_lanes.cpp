@@ -1,24 +1,13 @@
 #include "engine/solve/velocity/contact_lanes.hpp"
 #include "base/resize.hpp"
 #include "engine/problem/row_terms.hpp"
+#include "engine/solve/velocity/packs.hpp"
 #include "engine/solve/velocity/row_sweeps.hpp"
 
 namespace cairn {
 namespace {
 
-constexpr std::size_t packsAtOnce = 2;  // of a thread
 constexpr std::size_t bodyPlaces = 12;  // of ContactLanesView::placements
-
-template <class S, std::size_t width>
-void put(S (&to)[3][width], std::size_t lane, const Vec3<S>& x) {
-    to[0][lane] = x.x();
-    to[1][lane] = x.y();
-    to[2][lane] = x.z();
-}
-template <class S, std::size_t width>
-Vec3<S> get(const S (&from)[3][width], std::size_t lane) {
-    return {from[0][lane], from[1][lane], from[2][lane]};
-}
 
 }  // namespace
 
@@ -38,10 +27,8 @@ void ContactLanes<S>::forPoints(const Problem<S>& problem, const Visit& visit) c
 template <class S>
 template <class Visit>
 void ContactLanes<S>::forPacks(const Problem<S>& problem, const Visit& visit) const {
-    const std::size_t chunks = (packs_.size() + packsAtOnce - 1) / packsAtOnce;
-    parallelFor(*problem.jobs, chunks, 1, [&](std::size_t c) {
-        visit(contactKernels<S>(), c * packsAtOnce, std::min(packs_.size(), (c + 1) * packsAtOnce));
-    });
+    sharePacks(*problem.jobs, 0, packs_.size(),
+               [&](std::size_t begin, std::size_t end) { visit(contactKernels<S>(), begin, end); });
 }
 
 template <class S>
@@ -49,14 +36,10 @@ template <class Visit>
 void ContactLanes<S>::forColours(const Problem<S>& problem, const Visit& visit) const {
     std::size_t begin = 0;
     for (std::size_t k = 0; k < ends_.size(); ++k) {
-        const std::size_t count = ends_[k] - begin;
-        const std::size_t chunks = (count + packsAtOnce - 1) / packsAtOnce;
         if (k + 1 == ends_.size() || problem.jobs->threadCount() == 1) {
             visit(begin, ends_[k]);
         } else {
-            parallelFor(*problem.jobs, chunks, 1, [&](std::size_t c) {
-                visit(begin + c * packsAtOnce, begin + std::min(count, (c + 1) * packsAtOnce));
-            });
+            sharePacks(*problem.jobs, begin, ends_[k], visit);
         }
         begin = ends_[k];
     }

@@ -1,29 +1,17 @@
 #include "engine/solve/velocity/joint_sweeps.hpp"
 #include "base/resize.hpp"
+#include "engine/solve/velocity/packs.hpp"
 
 #include <numeric>
 
 namespace cairn {
 namespace {
 
-constexpr std::size_t packsAtOnce = 2;  // of a thread
 constexpr std::size_t visitsAtOnce = 32;
 
 template <class S>
 bool isPin(const RowBlock<S>& block) {
     return block.pointRows == 3 && !block.particles;
-}
-
-template <class S>
-bool isUnbounded(const Row<S>& row) {
-    return row.lo == -infinity<S>() && row.hi == infinity<S>();
-}
-
-template <class S, std::size_t width>
-void put(S (&to)[3][width], std::size_t lane, const Vec3<S>& x) {
-    to[0][lane] = x.x();
-    to[1][lane] = x.y();
-    to[2][lane] = x.z();
 }
 
 }  // namespace
@@ -40,7 +28,8 @@ void JointSweeps<S>::layOut(const Problem<S>& problem, const BodyMass<S>* masses
     const auto isForLanes = [&](std::size_t i) {
         const RowBlock<S>& block = problem.blocks[blockOf(problem, i)];
         return isPin(block) && block.count == 3 &&
-               std::all_of(problem.rows.begin() + block.first, problem.rows.begin() + block.first + 3, isUnbounded<S>);
+               std::none_of(problem.rows.begin() + block.first, problem.rows.begin() + block.first + 3,
+                            isBounded<Row<S>>);
     };
     const std::size_t colours = problem.jointOrder.empty() ? 1 : problem.jointColours.size();
     std::size_t i = 0;
@@ -173,9 +162,8 @@ void JointSweeps<S>::couple(Problem<S>& problem, const BodyMass<S>* masses, bool
         return;
     }
     delassus_.resize(packImpulses());
-    parallelFor(*problem.jobs, (packs_.size() + packsAtOnce - 1) / packsAtOnce, 1, [&](std::size_t c) {
-        pinKernels<S>().couple(view(nullptr, masses), c * packsAtOnce, std::min(packs_.size(), (c + 1) * packsAtOnce),
-                               delassus_.data());
+    sharePacks(*problem.jobs, 0, packs_.size(), [&](std::size_t begin, std::size_t end) {
+        pinKernels<S>().couple(view(nullptr, masses), begin, end, delassus_.data());
     });
     if (!writes) {
         return;
@@ -270,15 +258,14 @@ S JointSweeps<S>::sumOverAll(const Problem<S>& problem, const Packs& packs, cons
         const auto visitOne = [&](std::size_t n) {
             results_[visitOf_[begin.singles + n]] = visit(singles_[begin.singles + n]);
         };
-        const std::size_t packCount = end.packs - begin.packs;
         const std::size_t singleCount = end.singles - begin.singles;
         if (mayShare) {
-            parallelFor(*problem.jobs, (packCount + packsAtOnce - 1) / packsAtOnce, 1, [&](std::size_t c) {
-                packs(begin.packs + c * packsAtOnce, begin.packs + std::min(packCount, (c + 1) * packsAtOnce));
-            });
+            sharePacks(*problem.jobs, begin.packs, end.packs, packs);
             parallelFor(*problem.jobs, singleCount, visitsAtOnce, visitOne);
         } else {
-            packs(begin.packs, end.packs);
+            if (end.packs > begin.packs) {
+                packs(begin.packs, end.packs);
+            }
             for (std::size_t n = 0; n < singleCount; ++n) {
                 visitOne(n);
             }

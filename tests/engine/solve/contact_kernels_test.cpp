@@ -2,12 +2,11 @@
 #include "engine/problem/colouring.hpp"
 #include "engine/solve/velocity/compact_sweeps.hpp"
 #include "tests/engine/hand_made_island.hpp"
+#include "tests/engine/solve/same_bits.hpp"
 
 #include <cairn/jobs.hpp>
 
 #include <gtest/gtest.h>
-
-#include <cstring>
 
 namespace cairn {
 namespace {
@@ -133,29 +132,9 @@ struct Packs {
     std::vector<S> places, rounds, placements, twists, masses;
 };
 
-template <class S>
-void expectSameBits() {
-    TestRandom random(11);
-    const auto all = allContactKernels<S>();
-    ASSERT_GE(all.size(), 2U);
-    for (int trial = 0; trial < 20; ++trial) {
-        const Packs<S> start(random);
-        std::vector<S> first;
-        for (const ContactKernels<S>& kernels : all) {
-            Packs<S> packs = start;
-            const std::vector<S> answer = packs.answer(kernels);
-            EXPECT_TRUE(std::none_of(answer.begin(), answer.end(), [](S x) { return std::isnan(x); }));
-            EXPECT_NE(packs.twists, start.twists);
-            first = first.empty() ? answer : first;
-            EXPECT_EQ(std::memcmp(answer.data(), first.data(), answer.size() * sizeof(S)), 0)
-                << kernels.instructionSet << " and " << all.front().instructionSet;
-        }
-    }
-}
-
 TEST(ContactKernels, SameBitsByEveryInstructionSet) {
-    expectSameBits<float>();
-    expectSameBits<double>();
+    expectSameBits<float, Packs<float>>(allContactKernels<float>(), TestRandom(11));
+    expectSameBits<double, Packs<double>>(allContactKernels<double>(), TestRandom(11));
 }
 
 // Layers of bodies, each on two of the layer below, the lowest on a floor, two of them particles; one to four points a

@@ -2,12 +2,11 @@
 #include "engine/problem/colouring.hpp"
 #include "engine/solve/velocity/compact_sweeps.hpp"
 #include "tests/engine/hand_made_island.hpp"
+#include "tests/engine/solve/same_bits.hpp"
 
 #include <cairn/jobs.hpp>
 
 #include <gtest/gtest.h>
-
-#include <cstring>
 
 namespace cairn {
 namespace {
@@ -82,32 +81,9 @@ struct Pins {
     std::vector<S> twists, masses;
 };
 
-template <class S>
-void expectPinsAlike() {
-    TestRandom random(21);
-    const auto all = allPinKernels<S>();
-    ASSERT_GE(all.size(), 2U);
-    for (int trial = 0; trial < 20; ++trial) {
-        const Pins<S> start(random);
-        std::vector<S> first;
-        for (const PinKernels<S>& kernels : all) {
-            Pins<S> pins = start;
-            const std::vector<S> answer = pins.answer(kernels);
-            EXPECT_TRUE(std::none_of(answer.begin(), answer.end(), [](S x) { return std::isnan(x); }));
-            EXPECT_NE(pins.twists, start.twists);
-            for (int k = 0; k < 6; ++k) {
-                EXPECT_EQ(pins.twists[static_cast<std::size_t>(k)], start.twists[static_cast<std::size_t>(k)]);
-            }
-            first = first.empty() ? answer : first;
-            EXPECT_EQ(std::memcmp(answer.data(), first.data(), answer.size() * sizeof(S)), 0)
-                << kernels.instructionSet << " and " << all.front().instructionSet;
-        }
-    }
-}
-
 TEST(PinKernels, SameBitsByEveryInstructionSet) {
-    expectPinsAlike<float>();
-    expectPinsAlike<double>();
+    expectSameBits<float, Pins<float>>(allPinKernels<float>(), TestRandom(21));
+    expectSameBits<double, Pins<double>>(allPinKernels<double>(), TestRandom(21));
 }
 
 // A net of bodies that turn, tied to their neighbours and at one corner to what is fixed: most knots are balls, some of
