@@ -2,6 +2,7 @@
 #include "collision/queries/time_of_impact.hpp"
 #include "collision/shapes/hull.hpp"
 #include "engine/contacts/crowds.hpp"
+#include "engine/world/held_joints.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -443,9 +444,7 @@ private:
             t.isNew = false;
             t.isAsked = false;
         }
-        for (const Held& h : held) {
-            hold(h);
-        }
+        hold(held, firstOf);
         bool any = false;
         for (const std::vector<Encounter>& chunk : chunks_) {
             for (const Encounter& e : chunk) {
@@ -455,6 +454,28 @@ private:
             }
         }
         return any;
+    }
+
+    void hold(const std::vector<Held>& held, const std::vector<std::uint32_t>& firstOf) {
+        if (held.empty()) {
+            return;
+        }
+        heldJoints_.read([&](ProxyId body) { return bodies_[body].isDynamic() && firstOf[group_[body]] != none; });
+        for (const Held& h : held) {
+            hold(h);
+        }
+        if (!heldJoints_.any()) {
+            return;
+        }
+        for (const std::uint32_t first : firstOf) {
+            if (first != none) {
+                heldJoints_.keepStill(trajectories_[first].body);
+            }
+        }
+        heldJoints_.close();
+        for (const Held& h : held) {
+            followClosed(trajectories_[h.trajectory]);
+        }
     }
 
     void hold(const Held& held) {
@@ -468,6 +489,15 @@ private:
         const Posed end = t.motion.at(1);
         b.pose.position = (end * t.motion.centre).template cast<S>();
         b.pose.rotation = end.rotation.template cast<S>().normalized();
+    }
+
+    // Its joints are closed: it ends where they have moved it.
+    void followClosed(Trajectory& t) const {
+        const Posed end = bodies_[t.body].pose.template cast<double>();
+        Motion motion = t.motion;
+        motion.displacement = end.position - motion.start * motion.centre;
+        motion.turn = turnNear(motion.start.rotation, end.rotation, motion.turn);
+        follow(t, motion);
     }
 
     // What is held back loses the rest of its step, and of the speed that it fell into for the whole of it that share.
@@ -501,6 +531,7 @@ private:
 
     BodyTable<S>& bodies_;
     const JointTable<S>& joints_;
+    HeldJoints<S> heldJoints_{bodies_, joints_};
     const BroadPhase& boxes_;
     FunctionRef<bool(ProxyId, ProxyId)> mayCollide_;
     const std::vector<Before<S>>& before_;

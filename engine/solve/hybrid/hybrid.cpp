@@ -7,6 +7,7 @@
 // always grows by what the joints' forces resist to turning (theory 7.16): joints that hold exactly pull as hard as it
 // takes, and light links in a taut chain of 1000 times their mass would swing ever farther.
 #include "engine/solve/hybrid/joint_solve.hpp"
+#include "engine/solve/hybrid/pin_curvature.hpp"
 #include "engine/solve/velocity/impulse_solver.hpp"
 
 #include <algorithm>
@@ -17,6 +18,7 @@ namespace cairn {
 template <class S>
 struct HybridMemory {
     JointSolve<S> joints;
+    PinCurvature<S> curvature;
     bool isExact = false;
 };
 
@@ -32,10 +34,13 @@ constexpr int minConjugate = 6;
 // Block multiply-adds (6x6) a body, of the dearest factor over joints.
 constexpr double maxJointWork = 80;
 constexpr int mostSubsteps = 4;
+// m, of what pins open by on arcs: less is not worth another solution.
+template <class S>
+constexpr S closedPins = S(2e-5);
 // m, by which joints may come open in a sub-step since bodies turn in it: of nets half of this opens them no less at
 // their worst and costs a third more, and twice as much twice as far (docs/solvers.md, "The knee").
 template <class S>
-constexpr S worthASubstep = S(0.002);
+constexpr S worthASubstep = S(0.008);
 // m, of a point of contact, likewise: dolls that lie and shift take a quarter fewer visits and get no deeper than by
 // four sub-steps each; with no regard to depth four times as many pairs are over 20 mm deep (docs/solvers.md).
 template <class S>
@@ -94,7 +99,10 @@ public:
 
     SolveReport advance(Problem<S>& problem, S h) override {
         SolveReport report = ImpulseSolver<S>::advance(problem, h);
-        report.isPinned = !problem.rows.empty() && problem.memory.hybrid->isExact && isPinned(problem);
+        report.isPinned = isExact(problem) && isPinned(problem);
+        if (isExact(problem) && problem.memory.hybrid->curvature.isTooLong()) {
+            problem.halvingsAsked = std::max(problem.halvingsAsked, 1);
+        }
         return report;
     }
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
@@ -130,27 +138,54 @@ private:
         }
         if (memory.isExact) {
             problem.respond();
+            memory.curvature.begin(problem);
         }
         const S maxSpeed = static_cast<S>(this->settings_.maxPushOutSpeed);
         const S time = std::max(h, static_cast<S>(problem.limits.closingTime));
         return memory.isExact ? PushOutSpring<S>{S(1) / time, S(1) / regularisation<S>, maxSpeed}
                               : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed);
     }
-    bool readsResponses(const Problem<S>& problem) const override {
-        return !problem.rows.empty() && problem.memory.hybrid->isExact;
-    }
+    bool readsResponses(const Problem<S>& problem) const override { return isExact(problem); }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {
-        const bool isJointed = !problem.rows.empty();
-        if (isJointed && !problem.memory.hybrid->isExact) {
+        if (!isExact(problem)) {
+            sweep(problem, system, iterations);
+            return;
+        }
+        HybridMemory<S>& memory = *problem.memory.hybrid;
+        memory.curvature.keep(problem, system.joints());
+        for (int iteration = 0; iteration < iterations; ++iteration) {
+            system.sweepContacts(problem, S(1));
+            memory.joints.solve(problem, system.joints());
+            if (problem.contacts.empty()) {
+                break;
+            }
+        }
+    }
+    void iterateMoving(Problem<S>& problem, CompactSweeps<S>& system, int iterations, S h) override {
+        if (!isExact(problem)) {
+            sweep(problem, system, iterations);
+            return;
+        }
+        HybridMemory<S>& memory = *problem.memory.hybrid;
+        for (int iteration = 0; iteration < iterations; ++iteration) {
+            system.sweepContacts(problem, S(1));
+            const S change = iteration > 0 ? memory.curvature.renew(problem, system.joints(), h) : infinity<S>();
+            if (problem.contacts.empty() && change <= closedPins<S>) {
+                break;
+            }
+            memory.joints.solve(problem, system.joints());
+        }
+    }
+    // Whether joints have a factor in this sub-step.
+    static bool isExact(const Problem<S>& problem) { return !problem.rows.empty() && problem.memory.hybrid->isExact; }
+    static void sweep(Problem<S>& problem, CompactSweeps<S>& system, int iterations) {
+        if (!problem.rows.empty()) {
             conjugateSweeps<S>(system, problem, std::max(iterations, minConjugate));
             return;
         }
         for (int iteration = 0; iteration < iterations; ++iteration) {
             system.sweepContacts(problem, S(1));
-            if (isJointed) {
-                problem.memory.hybrid->joints.solve(problem, system.joints());
-            }
             if (problem.contacts.empty()) {
                 break;
             }

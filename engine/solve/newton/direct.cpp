@@ -384,9 +384,11 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well,
     // as long as they are not off by much.
     const bool quiet = !isActiveSetChanging(problem);
+    const bool mayTear = quiet || !solved.converged;
     const bool shortEnough =
-        !problem.limits.mayRefuse ||
-        (turnsLittle(problem, newton, hWide) && (quiet || !solved.converged || keepsJointsClosed(problem, newton, h)));
+        !problem.limits.mayRefuse
+            ? mayTear || !problem.plan.mayRestart() || keepsJointsClosed(problem, newton, h)
+            : turnsLittle(problem, newton, hWide) && (mayTear || keepsJointsClosed(problem, newton, h));
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
     report.unconverged = !closed || solved.contradicts;
@@ -397,7 +399,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     const bool isTooDear =
         report.truncated && problem.plan.mayRestart() && (problem.limits.isByPlan || problem.plan.kept > 0);
     if (solved.converged
-            ? !closed && problem.limits.mayRefuse
+            ? (!closed && problem.limits.mayRefuse) || !shortEnough
             : isTooDear || (!report.truncated && (problem.limits.mayRefuse || problem.plan.mayRestart()))) {
         report.tooLong = true;
         return report;

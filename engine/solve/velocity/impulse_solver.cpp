@@ -44,7 +44,11 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
         system.begin(problem, spring, warmStart, h);
     }
     system.warmStart(problem);
-    iterate(problem, system, iterations_);
+    if constexpr (isCompact) {
+        iterateMoving(problem, system, iterations_, h);
+    } else {
+        iterate(problem, system, iterations_);
+    }
     system.relax(problem, h);
 
     system.writeBodies(problem);

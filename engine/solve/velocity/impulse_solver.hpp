@@ -53,6 +53,10 @@ public:
     // Lowers the error of `system` by `iterations` sweeps; the second of those with ContactForm::Compact alone.
     virtual void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) = 0;
     virtual void iterate(Problem<S>&, CompactSweeps<S>&, int) { CAIRN_CHECK(false, "a solver on rows written out"); }
+    // The same of the sweeps that move the bodies by h (s).
+    virtual void iterateMoving(Problem<S>& problem, CompactSweeps<S>& system, int iterations, S) {
+        iterate(problem, system, iterations);
+    }
 
 protected:
     SolverSettings settings_;

@@ -1,4 +1,5 @@
-// How many sub-steps auto takes of what swings by joints alone: as many as its turning asks for.
+// How many sub-steps auto takes of what swings by joints alone: as many as its turning asks for, most of which its pins
+// know of.
 #include "tests/engine/engine_kit.hpp"
 #include "tests/engine/sixtieth.hpp"
 
@@ -107,19 +108,20 @@ TEST(NetSubsteps, AreAsManyAsTurningAsksFor) {
         }
     }
     std::nth_element(ratios.begin(), ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2), ratios.end());
-    expectClose("gap over what turning opens, median", ratios[ratios.size() / 2], 1, 0.1);
+    // Off the tangent, it would be 1.
+    expectBelow("gap over what turning opens, median", ratios[ratios.size() / 2], 0.14);
     expectBelow("widest gap, m", widest, 5e-3);
     expectBelow("energy gained, of the peak of what moves", (highest - begun) / begun, 1e-3);
     const int steps = std::accumulate(taken.begin(), taken.end(), 0);
-    expectBelow("of the swept steps, those of four sub-steps", static_cast<double>(taken[4]) / steps, 0.2);
-    expectBelow("of the swept steps, those of one", 1.0 - static_cast<double>(taken[1]) / steps, 0.8);
+    expectBelow("of the swept steps, those of more than one sub-step", 1 - static_cast<double>(taken[1]) / steps, 0.12);
+    EXPECT_GT(taken[2] + taken[3] + taken[4], 5);
     EXPECT_GT(steps, 300);
 }
 
 // The knee's own solution with the step divided is enough, and is tried before exact ones, which cost a net a hundred
 // times as much.
 TEST(NetSubsteps, AnAskedErrorIsReachedByDividingTheStep) {
-    constexpr double asked = 1.2e-3;  // m; 3.4e-3 where nothing is asked
+    constexpr double asked = 2e-4;  // m; 6e-4 where nothing is asked
     WorldDef def;
     def.sleep.enabled = false;
     def.accuracy.position = asked;
