@@ -1,6 +1,7 @@
 #include "engine/solve/auto.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cairn {
 
@@ -109,11 +110,16 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const bool isWorthAll = !moves && !mayFall && (problem.joints.empty() || state.backoff == 0);
     // What found no exact solution in motion may have one at rest.
     const bool isBackingOff = state.sweepSteps > 0 && (moves || !problem.joints.empty() || state.failedAtRest);
+    // Of what moves by joints alone `hybrid` leaves little to gain: where exact solutions fail, of late or, as of nets,
+    // most often, a try is worth no more than any other step.
+    const bool mayFail = state.backoff > 0 || problem.joints.size() > problem.bodies.size();
+    const bool isBounded = std::isfinite(problem.limits.workPerRow) && problem.contacts.empty() && mayFail;
+    const double workPerRow = isBounded ? sweptWork : problem.limits.workPerRow;
     StepPlan plan;
     plan.rests = !moves;
     plan.wasSwept = state.substep > 0 && problem.joints.empty();
     plan.gapes = state.gapes && plan.rests && plan.wasSwept;
-    plan.maxWork = !isWorthAll && rows > 0 ? problem.limits.workPerRow * rows
+    plan.maxWork = !isWorthAll && rows > 0 ? workPerRow * rows
                    : plan.wasSwept         ? std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest)
                                            : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
@@ -151,7 +157,12 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const Sweeper by = sweeper(problem, plan);
     const StepPlan asked = by.solver.plan(problem, state, dt);
     const bool isCrowd = plan.reason == PlanReason::Crowded && settings_.def.substeps == 0;
-    const int wanted = isCrowd ? std::min(asked.substeps, crowdSubsteps) : asked.substeps;
+    // What is held by joints alone, and has a factor over them in each sub-step, has as many as the knee pays for.
+    const bool isJointsAlone = settings_.def.substeps == 0 && problem.contacts.empty() && state.sweptVisits > 0;
+    const double most = isCrowd         ? crowdSubsteps
+                        : isJointsAlone ? std::max(1.0, std::ceil(workPerRow / state.sweptVisits))
+                                        : asked.substeps;
+    const int wanted = static_cast<int>(std::min<double>(asked.substeps, most));
     plan.guard = asked.guard;
     plan.isTruncated = affordable < wanted;
     plan.substeps = plan.isTruncated ? std::max(1, static_cast<int>(affordable)) : wanted;

@@ -47,7 +47,7 @@ TEST(Bridge, OpensByHalfAMillimetreAsARule) {
     expectBelow("direct, median gap of 15, m", median("direct"), 7.5e-4);
 }
 
-// Its joints are too many for a factor: swept, they hold all the same, and no step takes more than it is worth.
+// One factor a step holds it, at the price of two of sweeps that leave forty times the gap.
 TEST(Curtain, OfThousandsOfBallsHolds) {
     const Scene scene = makeScene("joint_grid", {{"n", 60}});
     SceneRun run(scene);
@@ -57,8 +57,8 @@ TEST(Curtain, OfThousandsOfBallsHolds) {
         const StepCounts& counts = run.simulation().report().counts;
         most = std::max(most, counts.work / counts.rows);
     }
-    expectBelow("gap, m", run.result().worst.jointGap, 2.4e-3);
-    expectBelow("work a row", most, 96);
+    expectBelow("gap, m", run.result().worst.jointGap, 6.4e-5);
+    expectBelow("work a row", most, 300);
 }
 
 // Its knees bend as fine steps bend them: no damping holds it stiff.

@@ -34,7 +34,7 @@ TEST(MaxWork, IsKeptByDolls) {
 
 // An exact solution of joints alone may take thirty times what is allowed.
 TEST(MaxWork, IsKeptByANet) {
-    const Bounded run = runBounded("net", 5e4);
+    const Bounded run = runBounded("net", 1e4);
     expectBelow("work over what was allowed", run.most, 1.2);
     EXPECT_GT(run.truncatedSteps, 0);
 }
@@ -50,7 +50,9 @@ TEST(MaxWork, IsThereWhereNoneIsAsked) {
         const StepReport& report = simulation->step(1.0 / 60);
         most = std::max(most, report.counts.work / 1e8);
         truncatedSteps += report.counts.truncated > 0 ? 1 : 0;
-        EXPECT_TRUE(report.counts.truncated == 0 || (report.flags & FlagTolerance) != 0U);
+        const bool isReached = report.error.position <= scene.world.accuracy.position;
+        EXPECT_TRUE(report.counts.truncated == 0 || isReached || (report.flags & FlagTolerance) != 0U)
+            << report.error.position;
     }
     expectBelow("work over what is allowed", most, 1.1);
     EXPECT_GT(truncatedSteps, 0);

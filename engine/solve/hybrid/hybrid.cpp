@@ -20,6 +20,7 @@ struct HybridMemory {
     JointSolve<S> joints;
     PinCurvature<S> curvature;
     bool isExact = false;
+    bool isTooLarge = false;  // for a factor a step
 };
 
 namespace {
@@ -31,8 +32,8 @@ template <class S>
 constexpr S regularisation = S(1e-4);
 // Of joints without a factor, in a sub-step: as nncg's.
 constexpr int minConjugate = 6;
-// Block multiply-adds (6x6) a body, of the dearest factor over joints.
-constexpr double maxJointWork = 80;
+// Block multiply-adds (6x6) a body, of the dearest factors over joints in a step.
+constexpr double maxJointWork = 320;
 constexpr int mostSubsteps = 4;
 // m, of what pins open by on arcs: less is not worth another solution.
 template <class S>
@@ -90,6 +91,18 @@ bool isPinned(const Problem<S>& problem) {
                        [](const Row<S>& row) { return row.compliance == S(0); });
 }
 
+// The same of what has had no factor, by its joints: with fewer sub-steps there may be one.
+template <class S>
+bool mayBePinned(const Problem<S>& problem) {
+    const bool mayHaveFactor = problem.memory.hybrid == nullptr || !problem.memory.hybrid->isTooLarge;
+    return mayHaveFactor && problem.contacts.empty() && problem.locks.empty() && problem.rolls.empty() &&
+           std::all_of(problem.joints.begin(), problem.joints.end(), [&](const auto& link) {
+               const BallDef* ball = std::get_if<BallDef>(&link.joint->def);
+               return ball != nullptr && ball->friction == 0 && link.joint->compliance.empty() &&
+                      !problem.bodies[static_cast<std::size_t>(link.a)].particle;
+           });
+}
+
 template <class S>
 class Hybrid final : public ImpulseSolver<S> {
 public:
@@ -108,7 +121,7 @@ public:
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
         StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
         if (!problem.joints.empty()) {
-            if (mayTakeFewer_ && state.isPinned) {
+            if (mayTakeFewer_ && (state.isPinned || mayBePinned(problem))) {
                 const S wanted =
                     std::max(std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>), worthOfContacts(problem, dt));
                 plan.substeps = static_cast<int>(std::ceil(std::clamp(wanted, S(1), S(mostSubsteps))));
@@ -134,7 +147,9 @@ private:
         HybridMemory<S>& memory = *problem.memory.hybrid;
         // What was refused in the step is not looked at again.
         if (problem.limits.isFirst || memory.isExact) {
-            memory.isExact = memory.joints.begin(problem, maxJointWork * static_cast<double>(problem.bodies.size()));
+            const double most = maxJointWork * static_cast<double>(problem.bodies.size());
+            memory.isTooLarge = !memory.joints.begin(problem, most);
+            memory.isExact = !memory.isTooLarge && problem.plan.substeps * memory.joints.work() <= most;
         }
         if (memory.isExact) {
             problem.respond();

@@ -14,6 +14,7 @@ public:
     // A sub-step begins: the rows' gradients and responses are new. False where a factor over the joints would cost
     // more than `maxWork` block multiply-adds (6x6), or a row has more than two bodies: they are left to sweeps.
     bool begin(const Problem<S>& problem, double maxWork);
+    double work() const { return factor_.work(); }  // block multiply-adds of the factor
     // Lets the rows take their impulses at the present twists.
     void solve(const Problem<S>& problem, RowSweeps<S>& rows);
 
