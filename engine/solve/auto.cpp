@@ -19,10 +19,10 @@ constexpr double defaultDirectWork = 3e5;
 // What the sub-stepped sweeps of one row cost in a step, in block multiply-adds (a wall of 5050 boxes: 60,000 rows, 300
 // ms): where the sweeps are no cheaper, `direct` takes the island whatever its size.
 constexpr double sweptRow = 50;
-// Visits of a row in a sub-step of gauss_seidel, nncg and hybrid, at the least: a factor comes beside.
+// Visits of a row in a sub-step of gauss_seidel, nncg and hybrid, at the least: of dolls, whose factor is small.
 constexpr double sweptVisits = 3;
 constexpr double conjugateVisits = 12;
-constexpr double hybridVisits = 8;
+constexpr double hybridVisits = 30;
 // Work a row of an exact solution that takes as long as twice gauss_seidel of four sub-steps, 1.8 us; and work that any
 // step is worth, a bit more than a millisecond (docs/solvers.md, "The knee").
 constexpr double sweptWork = 72;

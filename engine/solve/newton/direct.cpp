@@ -81,9 +81,9 @@ void jointErrorsAfter(Problem<S>& problem, const ContactNewton<double>& newton, 
     problem.bodies = start;
 }
 
-// Whether that tears no joint open by more than it may.
+// Whether that tears no joint open by more than `most` (m or rad).
 template <class S>
-bool keepsJointsClosed(Problem<S>& problem, const ContactNewton<double>& newton, S h) {
+bool keepsJointsClosed(Problem<S>& problem, const ContactNewton<double>& newton, S h, double most) {
     if (problem.jointBlocks == 0) {
         return true;
     }
@@ -92,7 +92,7 @@ bool keepsJointsClosed(Problem<S>& problem, const ContactNewton<double>& newton,
     jointErrorsAfter(problem, newton, h, start, C);
     for (std::size_t i = 0; i < C.size(); ++i) {
         const Row<S>& row = problem.rows[i];
-        if (row.isHardEquality() && std::abs(C[i]) > std::abs(row.C) + static_cast<S>(Tuning::maxTear)) {
+        if (row.isHardEquality() && std::abs(C[i]) > std::abs(row.C) + static_cast<S>(most)) {
             return false;
         }
     }
@@ -387,8 +387,9 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     const bool mayTear = quiet || !solved.converged;
     const bool shortEnough =
         !problem.limits.mayRefuse
-            ? mayTear || !problem.plan.mayRestart() || keepsJointsClosed(problem, newton, h)
-            : turnsLittle(problem, newton, hWide) && (mayTear || keepsJointsClosed(problem, newton, h));
+            ? mayTear || !problem.plan.mayRestart() || keepsJointsClosed(problem, newton, h, Tuning::maxSweptTear)
+            : turnsLittle(problem, newton, hWide) &&
+                  (mayTear || keepsJointsClosed(problem, newton, h, Tuning::maxTear));
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
     report.unconverged = !closed || solved.contradicts;

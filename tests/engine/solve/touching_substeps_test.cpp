@@ -23,8 +23,10 @@ struct Fall {
     void hang(const Vec3d& middle, const Quatd& rotation) {
         for (int k = 0; k < 8; ++k) {
             const auto at = [&](double along) { return Vec3d(middle + rotation * Vec3d(along, 0, 0)); };
-            bars.push_back(world.add(
-                {.shapes = {box({0.2, 0.07, 0.05})}, .position = at(0.44 * (k - 3.5)), .rotation = rotation}));
+            bars.push_back(world.add({.shapes = {box({0.2, 0.07, 0.05})},
+                                      .position = at(0.44 * (k - 3.5)),
+                                      .rotation = rotation,
+                                      .angularDamping = 1}));
             if (k > 0) {
                 world.add(BallDef{.a = bars[bars.size() - 2], .b = bars.back(), .anchor = at(0.44 * (k - 4))});
             }
