@@ -99,6 +99,16 @@ bool keepsJointsClosed(Problem<S>& problem, const ContactNewton<double>& newton,
     return true;
 }
 
+// Whether Newton's velocities may move the bodies for all of h. mayTear: what they tear is not looked at.
+template <class S>
+bool isShortEnough(Problem<S>& problem, const ContactNewton<double>& newton, S h, bool mayTear) {
+    if (!problem.limits.mayRefuse) {
+        return mayTear || !problem.plan.mayRestart() || keepsJointsClosed(problem, newton, h, Tuning::maxSweptTear);
+    }
+    return turnsLittle(problem, newton, static_cast<double>(h)) &&
+           (mayTear || keepsJointsClosed(problem, newton, h, Tuning::maxTear));
+}
+
 // Newton iterations that the sub-step's bound on work still pays for after what has been spent, with what a few
 // fallback sweeps take kept back.
 template <class S>
@@ -384,12 +394,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well,
     // as long as they are not off by much.
     const bool quiet = !isActiveSetChanging(problem);
-    const bool mayTear = quiet || !solved.converged;
-    const bool shortEnough =
-        !problem.limits.mayRefuse
-            ? mayTear || !problem.plan.mayRestart() || keepsJointsClosed(problem, newton, h, Tuning::maxSweptTear)
-            : turnsLittle(problem, newton, hWide) &&
-                  (mayTear || keepsJointsClosed(problem, newton, h, Tuning::maxTear));
+    const bool shortEnough = isShortEnough(problem, newton, h, quiet || !solved.converged);
     const bool closed =
         solved.converged && shortEnough && !jointsAlone && (!quiet || correctJoints(problem, options, h, report));
     report.unconverged = !closed || solved.contradicts;
