@@ -2,6 +2,7 @@
 //     p_c <- a sweep of projected Gauss-Seidel over the contacts,
 //     p_j <- what the joints and locks answer to it, exactly, by one factor over them all (joint_solve.hpp),
 // in turn. Joints are closed as a whole, C/h, in the pushing sweeps, and the relaxing ones take that speed out again.
+// Pins are closed where their bodies end (pin_curvature.hpp).
 // Costs what gauss_seidel does and a factor a sub-step, linear in the joints of a tree. Use: what moves and is jointed:
 // ragdolls, nets, machines. Joints too many or too entangled for a factor are swept with conjugate directions. Inertia
 // always grows by what the joints' forces resist to turning (theory 7.16): joints that hold exactly pull as hard as it
@@ -40,8 +41,9 @@ constexpr int mostSubsteps = 4;
 // m, of what pins open by on arcs: less is not worth another solution.
 template <class S>
 constexpr S closedPins = S(2e-5);
-// m, by which joints may come open in a sub-step since bodies turn in it: of nets half of this opens them no less at
-// their worst and costs a third more, and twice as much twice as far (docs/solvers.md, "The knee").
+// m, by which turning would open joints in a sub-step, were they held along tangents: a quarter of this costs nets half
+// as much again and closes them no better at their worst; with four times as much those of 20 knots a side and more
+// open by 20 to 600 mm where they whip (docs/solvers.md, "The knee").
 template <class S>
 constexpr S worthASubstep = S(0.008);
 // m, of a point of contact, likewise: dolls that lie and shift take a quarter fewer visits and get no deeper than by

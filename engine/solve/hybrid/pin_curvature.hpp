@@ -16,14 +16,13 @@ public:
     // A sub-step begins; nothing is bent yet.
     void begin(const Problem<S>& problem);
     // Takes q at the twists of `rows` into their bias, in place of the last one. Gives by how much it changed, m, at
-    // the pin where it did most. Where it changes by ever more, pins do not close so: they are left on the tangent, for
-    // the rest of the sub-step.
+    // the pin where it did most. Where it changes by ever more, pins do not close so: they are left on the tangent for
+    // the rest of the sub-step, which isTooLong().
     S renew(const Problem<S>& problem, RowSweeps<S>& rows, S h);
+    bool isTooLong() const { return isTooLong_; }
     // The rows have another bias: adds q / h to it, as far as the sub-step sees the swing of the two bodies under the
     // forces of their pins. Where geometric stiffness holds it, a speed that turns with it is one that grows.
     void keep(const Problem<S>& problem, RowSweeps<S>& rows) const;
-    // Whether something turned too far for it.
-    bool isTooLong() const { return isTooLong_; }
 
 private:
     // rad, that a body may turn in a sub-step: what turns farther is left on the tangent, since the rows that would
