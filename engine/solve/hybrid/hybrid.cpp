@@ -89,22 +89,18 @@ S worthOfContacts(const Problem<S>& problem, S dt) {
 
 template <class S>
 bool isPinned(const Problem<S>& problem) {
-    return std::all_of(problem.blocks.begin(), problem.blocks.end(),
-                       [](const RowBlock<S>& block) { return !block.particles && block.pointRows == block.count; }) &&
-           std::all_of(problem.rows.begin(), problem.rows.end(),
-                       [](const Row<S>& row) { return row.compliance == S(0); });
-}
-
-// The same of what has had no factor, by its joints: with fewer sub-steps there may be one.
-template <class S>
-bool mayBePinned(const Problem<S>& problem) {
-    const bool mayHaveFactor = problem.memory.hybrid == nullptr || !problem.memory.hybrid->isTooLarge;
-    return mayHaveFactor && problem.contacts.empty() && problem.locks.empty() && problem.rolls.empty() &&
-           std::all_of(problem.joints.begin(), problem.joints.end(), [&](const auto& link) {
+    return problem.locks.empty() && problem.rolls.empty() &&
+           std::all_of(problem.joints.begin(), problem.joints.end(), [](const auto& link) {
                const BallDef* ball = std::get_if<BallDef>(&link.joint->def);
                return ball != nullptr && ball->friction == 0 && link.joint->compliance.empty() &&
-                      !problem.bodies[static_cast<std::size_t>(link.a)].particle;
+                      !link.joint->frames.particles;
            });
+}
+
+// Whether something that touches nothing has a factor, if its sub-steps are few enough.
+template <class S>
+bool mayHaveFactor(const Problem<S>& problem) {
+    return problem.contacts.empty() && (problem.memory.hybrid == nullptr || !problem.memory.hybrid->isTooLarge);
 }
 
 template <class S>
@@ -125,7 +121,7 @@ public:
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
         StepPlan plan = ImpulseSolver<S>::plan(problem, state, dt);
         if (!problem.joints.empty()) {
-            if (mayTakeFewer_ && (state.isPinned || mayBePinned(problem))) {
+            if (mayTakeFewer_ && (state.isPinned || (mayHaveFactor(problem) && isPinned(problem)))) {
                 const S wanted =
                     std::max(std::sqrt(openedByTurning(problem, dt) / worthASubstep<S>), worthOfContacts(problem, dt));
                 plan.substeps = static_cast<int>(std::ceil(std::clamp(wanted, S(1), S(mostSubsteps))));
@@ -168,49 +164,35 @@ private:
     bool readsResponses(const Problem<S>& problem) const override { return isExact(problem); }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {
-        if (!isExact(problem)) {
-            sweep(problem, system, iterations);
-            return;
-        }
-        HybridMemory<S>& memory = *problem.memory.hybrid;
         // Where contacts push, it would make energy of nothing: of a bridge under crates a tenth in eight seconds.
-        if (problem.contacts.empty()) {
-            memory.curvature.keep(problem, system.joints());
+        if (isExact(problem) && problem.contacts.empty()) {
+            problem.memory.hybrid->curvature.keep(problem, system.joints());
         }
-        for (int iteration = 0; iteration < iterations; ++iteration) {
-            system.sweepContacts(problem, S(1));
-            memory.joints.solve(problem, system.joints());
-            if (problem.contacts.empty()) {
-                break;
-            }
-        }
+        alternate(problem, system, iterations, [&] { return problem.contacts.empty(); });
     }
     void iterateMoving(Problem<S>& problem, CompactSweeps<S>& system, int iterations, S h) override {
-        if (!isExact(problem)) {
-            sweep(problem, system, iterations);
-            return;
-        }
-        HybridMemory<S>& memory = *problem.memory.hybrid;
-        for (int iteration = 0; iteration < iterations; ++iteration) {
-            system.sweepContacts(problem, S(1));
-            const S change = iteration > 0 ? memory.curvature.renew(problem, system.joints(), h) : infinity<S>();
-            if (problem.contacts.empty() && change <= closedPins<S>) {
-                break;
-            }
-            memory.joints.solve(problem, system.joints());
-        }
+        alternate(problem, system, iterations, [&] {
+            const S change = problem.memory.hybrid->curvature.renew(problem, system.joints(), h);
+            return problem.contacts.empty() && change <= closedPins<S>;
+        });
     }
     // Whether joints have a factor in this sub-step.
     static bool isExact(const Problem<S>& problem) { return !problem.rows.empty() && problem.memory.hybrid->isExact; }
-    static void sweep(Problem<S>& problem, CompactSweeps<S>& system, int iterations) {
-        if (!problem.rows.empty()) {
+    // Contacts and joints in turn; isSolved() is asked before the second and later turns of joints.
+    template <class IsSolved>
+    static void alternate(Problem<S>& problem, CompactSweeps<S>& system, int iterations, const IsSolved& isSolved) {
+        const bool isJointed = !problem.rows.empty();
+        if (isJointed && !isExact(problem)) {
             conjugateSweeps<S>(system, problem, std::max(iterations, minConjugate));
             return;
         }
         for (int iteration = 0; iteration < iterations; ++iteration) {
             system.sweepContacts(problem, S(1));
-            if (problem.contacts.empty()) {
-                break;
+            if (isJointed) {
+                if (iteration > 0 && isSolved()) {
+                    break;
+                }
+                problem.memory.hybrid->joints.solve(problem, system.joints());
             }
         }
     }

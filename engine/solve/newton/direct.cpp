@@ -405,7 +405,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     const bool isTooDear =
         report.truncated && problem.plan.mayRestart() && (problem.limits.isByPlan || problem.plan.kept > 0);
     if (solved.converged
-            ? (!closed && problem.limits.mayRefuse) || !shortEnough
+            ? !closed && (problem.limits.mayRefuse || !shortEnough)
             : isTooDear || (!report.truncated && (problem.limits.mayRefuse || problem.plan.mayRestart()))) {
         report.tooLong = true;
         return report;

@@ -76,7 +76,7 @@ TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
         if (!island.swept || island.halvings > 0) {
             continue;
         }
-        if (speed < 0.2) {
+        if (speed < 0.1) {
             ++lying;
             notByDepth += island.substeps == std::clamp(static_cast<int>(std::ceil(depth / 1.25e-3)), 1, 4) ? 0 : 1;
         }
