@@ -35,6 +35,10 @@ constexpr double freeWorkAnew = 2e5;
 constexpr double workAtRest = 480;
 constexpr double freeWorkAtRest = 5e5;
 constexpr double mostWorkAtRest = 6e6;
+// The same of what lies with joints. Dolls in a heap are no nearer to rest for an exact solution of one step, which may
+// want 32 sub-steps: without a bound single steps of eight dolls take 125 ms, with it 8, and they lie as deep.
+constexpr double workAtRestWithJoints = 250;
+constexpr double freeWorkAtRestWithJoints = 2e5;
 // Of what was born in each other: as far apart after 150 steps as with twice as many.
 constexpr int crowdSubsteps = 4;
 // Iterations that an island always gets: the first step of a wall at rest takes about ten, once.
@@ -119,9 +123,12 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     plan.rests = !moves;
     plan.wasSwept = state.substep > 0 && problem.joints.empty();
     plan.gapes = state.gapes && plan.rests && plan.wasSwept;
+    const bool liesWithJoints = !problem.joints.empty() && !problem.contacts.empty();
     plan.maxWork = !isWorthAll && rows > 0 ? workPerRow * rows
                    : plan.wasSwept         ? std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest)
-                                           : infinity<double>();
+                   : liesWithJoints && std::isfinite(problem.limits.workPerRow)
+                       ? std::clamp(workAtRestWithJoints * rows, freeWorkAtRestWithJoints, mostWorkAtRest)
+                       : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
     // What moves is left enough for a swept sub-step, should no exact solution be found.
