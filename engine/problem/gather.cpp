@@ -12,6 +12,9 @@
 namespace cairn {
 namespace {
 
+// Contacts: with fewer, too many lanes stay empty.
+constexpr std::size_t worthLanes = 12;
+
 template <class S>
 SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionSettings<S>& motion) {
     SolverBody<S> s;
@@ -273,6 +276,7 @@ template <class S>
 void Gatherer<S>::fillContacts() {
     problem_.beginImpulses();
     const Seldom seldom = listManifolds();
+    problem_.inLanes = problem_.jobs != nullptr || problem_.contacts.size() >= worthLanes;
     if (problem_.jobs != nullptr) {
         colourContacts();
     }

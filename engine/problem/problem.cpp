@@ -39,6 +39,7 @@ void Problem<S>::clear() {
     beginImpulses();
     impacts_.clear();
     contactColours.clear();
+    inLanes = false;
     jointColours.clear();
     jointOrder.clear();
     jobs = nullptr;

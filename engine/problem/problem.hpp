@@ -128,9 +128,10 @@ struct Problem {
     // two push the same body, so that lanes and threads may share it; the last one is for what found no colour, and in
     // order. Joints lie colour by colour, too. Of others empty.
     std::vector<std::size_t> contactColours;
+    bool inLanes = false;  // contacts are worth lanes (solve/velocity/contact_lanes.hpp), with colours or without
     std::vector<std::size_t> jointColours;
     std::vector<std::uint32_t> jointOrder;  // blocks, colour by colour
-    JobSystem* jobs = nullptr;              // that share an island with colours; null: none
+    JobSystem* jobs = nullptr;              // that share a large island; null: none
 
     // By impacts of the present sub-step: what bounced turns too far in it.
     int halvingsAsked = 0;

@@ -16,6 +16,7 @@ public:
           rounds_(problem.rounds),
           rolls_(problem.rolls),
           contactColours_(problem.contactColours),
+          inLanes_(problem.inLanes),
           jointColours_(problem.jointColours),
           jointOrder_(problem.jointOrder),
           jointLambda_(problem.jointLambda),
@@ -29,6 +30,7 @@ public:
         problem.rounds = rounds_;
         problem.rolls = rolls_;
         problem.contactColours = contactColours_;
+        problem.inLanes = inLanes_;
         problem.jointColours = jointColours_;
         problem.jointOrder = jointOrder_;
         problem.jointLambda = jointLambda_;
@@ -44,6 +46,7 @@ private:
     std::vector<RoundPlaces<S>> rounds_;
     std::vector<typename Problem<S>::RollLink> rolls_;
     std::vector<std::size_t> contactColours_;
+    bool inLanes_;
     std::vector<std::size_t> jointColours_;
     std::vector<std::uint32_t> jointOrder_;
     std::vector<S> jointLambda_;

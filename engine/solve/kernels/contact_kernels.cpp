@@ -29,12 +29,12 @@ struct Frame {
     Vector<D> normal, tangent1, tangent2;
 };
 
-// Calls visit(d, pack, lane) for the lanes of packs [begin, end).
+// Calls visit(d, pack, lane) for the lanes of packs [begin, end), but for vectors of empty ones.
 template <class S, class Visit>
 HWY_INLINE void forLanes(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const Visit& visit) {
     const hn::CappedTag<S, ContactPack<S>::width> d;
     for (std::size_t k = begin; k < end; ++k) {
-        for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
+        for (std::size_t lane = 0; lane < view.packs[k].lanes; lane += hn::Lanes(d)) {
             visit(d, view.packs[k], view.points + view.packs[k].firstRow, lane);
         }
     }
@@ -101,7 +101,7 @@ void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) 
     for (std::size_t n = begin; n < end; ++n) {
         ContactPack<S>& pack = view.packs[n];
         const FramePack<S>& frame = view.frames[n];
-        for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
+        for (std::size_t lane = 0; lane < pack.lanes; lane += hn::Lanes(d)) {
             const Placement<D> a(d, view.placements, pack.bodyA + lane);
             const Placement<D> b(d, view.placements, pack.bodyB + lane);
             const Placement<D> carrier(d, view.placements, frame.carrier + lane);
@@ -141,7 +141,7 @@ void give(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
     using D = hn::CappedTag<S, ContactPack<S>::width>;
     for (std::size_t n = begin; n < end; ++n) {
         const ContactPack<S>& pack = view.packs[n];
-        for (std::size_t lane = 0; lane < ContactPack<S>::width; lane += hn::Lanes(d)) {
+        for (std::size_t lane = 0; lane < pack.lanes; lane += hn::Lanes(d)) {
             const Frame<D> frame(d, pack, lane);
             for (std::size_t k = pack.firstRow; k < pack.firstRow + pack.count; ++k) {
                 GivenPack<S>& to = view.given[k];

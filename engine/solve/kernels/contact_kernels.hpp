@@ -31,7 +31,8 @@ struct alignas(64) ContactPack {
     std::uint32_t movesB = 0;
     std::uint32_t firstRow = 0;  // of the PointPacks, one for each of `count` points
     std::uint32_t count = 0;
-    bool isRound = false;  // not all lanes are flat
+    std::uint32_t lanes = 0;  // that have a contact: the first ones
+    bool isRound = false;     // not all lanes are flat
 };
 
 // A point of each contact of a pack, as ContactRows; the arm on a is `apart` longer. Of lanes without one C is

@@ -31,7 +31,7 @@ void CompactSweeps<S>::readBodies(Problem<S>& problem) {
     rows_.readBodies(problem);
     readMasses(problem);
     joints_.couple(problem, masses_.data());
-    if (!ContactLanes<S>::areFor(problem)) {
+    if (!problem.inLanes) {
         problem.forEach(problem.contacts.size(), [&](std::size_t c) {
             const ProblemContact<S>& contact = problem.contacts[c];
             for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
@@ -61,7 +61,7 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
     readMasses(problem);
     joints_.begin(problem, masses_.data());
     rows_.begin(problem, ofJoints, warmStart, h);
-    const bool inLanes = ContactLanes<S>::areFor(problem);
+    const bool inLanes = problem.inLanes;
     if (inLanes) {
         static_assert(sizeof(BodyMass<S>) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
         lanes_.begin(problem,
@@ -136,7 +136,7 @@ template <class S>
 void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
     rows_.relax(problem, h);
     joints_.renewTerms();
-    if (ContactLanes<S>::areFor(problem)) {
+    if (problem.inLanes) {
         lanes_.relax(problem, twistNumbers(), h);
         return;
     }
@@ -158,7 +158,7 @@ void CompactSweeps<S>::relax(Problem<S>& problem, S h) {
 template <class S>
 S CompactSweeps<S>::pushAll(Problem<S>& problem) {
     const S slope = joints_.push(problem, rows_, masses_.data(), before_.data());
-    if (ContactLanes<S>::areFor(problem)) {
+    if (problem.inLanes) {
         return lanes_.push(problem, twistNumbers(), before_.front().data(), slope);
     }
     return problem.sumColours(slope, [&](std::size_t begin, std::size_t end) {
@@ -188,7 +188,7 @@ void CompactSweeps<S>::warmStart(Problem<S>& problem) {
     for (std::size_t i = 0; i < problem.rows.size(); ++i) {
         curvature += rows_.p[i] * rows_.terms[i].softness * rows_.p[i];
     }
-    const bool inLanes = ContactLanes<S>::areFor(problem);
+    const bool inLanes = problem.inLanes;
     curvature = inLanes ? lanes_.curvature(problem, curvature)
                         : problem.sum(problem.contactRows.size(), curvature, [&](std::size_t begin, std::size_t end) {
                               S sum = 0;
@@ -280,7 +280,7 @@ S CompactSweeps<S>::sweep(Problem<S>& problem, S relaxation) {
 template <class S>
 S CompactSweeps<S>::sweepContacts(Problem<S>& problem, S relaxation, S change) {
     rows_.visits += contactRowCount_;
-    if (ContactLanes<S>::areFor(problem)) {
+    if (problem.inLanes) {
         return lanes_.sweep(problem, twistNumbers(), relaxation, change);
     }
     return problem.sumColours(change, [&](std::size_t begin, std::size_t end) {
@@ -298,7 +298,7 @@ void CompactSweeps<S>::copyImpulses(const Problem<S>& problem, std::vector<S>& o
     const std::size_t joints = joints_.impulseCount(rows_);
     out.resize(joints + 3 * problem.points.size());
     joints_.copyImpulses(rows_, out.data());
-    if (ContactLanes<S>::areFor(problem)) {
+    if (problem.inLanes) {
         lanes_.copyImpulses(problem, out.data() + joints);
         return;
     }
@@ -314,7 +314,7 @@ void CompactSweeps<S>::add(Problem<S>& problem, const std::vector<S>& impulses, 
     const std::size_t joints = joints_.impulseCount(rows_);
     joints_.add(rows_, impulses.data());
     problem.forEach(twists.size(), [&](std::size_t i) { rows_.v[i] += twists[i]; });
-    if (ContactLanes<S>::areFor(problem)) {
+    if (problem.inLanes) {
         lanes_.add(problem, impulses.data() + joints);
         return;
     }

@@ -13,7 +13,7 @@ class CompactSweeps {
 public:
     // As those of RowSweeps, and so are the others of the same name.
     void linearize(Problem<S>& problem) {
-        const bool inLanes = ContactLanes<S>::areFor(problem);
+        const bool inLanes = problem.inLanes;
         problem.linearizeCompact(!inLanes);
         if (inLanes) {
             lanes_.place(problem);
@@ -26,7 +26,7 @@ public:
     void store(Problem<S>& problem, S h) {
         joints_.writeImpulses(problem, rows_);
         rows_.writeLambda(problem, h);
-        if (ContactLanes<S>::areFor(problem)) {
+        if (problem.inLanes) {
             problem.storeJointLambda(h);
             lanes_.store(problem, h);
         } else {

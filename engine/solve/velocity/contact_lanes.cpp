@@ -9,6 +9,36 @@ namespace {
 
 constexpr std::size_t bodyPlaces = 12;  // of ContactLanesView::placements
 
+// By contact: those of one level push no body in common, and may be visited at one time; levels come one after the
+// other. A level is a colour; what found none is one by itself. Without colours, the first level after all that hold an
+// earlier contact of its bodies: so the order, and the bits, are those of one contact after another.
+template <class S>
+void findLevels(const Problem<S>& problem, std::vector<std::uint32_t>& levels) {
+    levels.resize(problem.contacts.size());
+    const std::vector<std::size_t>& colours = problem.contactColours;
+    std::size_t c = 0;
+    for (std::size_t k = 0; k < colours.size(); ++k) {
+        const std::size_t first = c;
+        for (; c < colours[k]; ++c) {
+            levels[c] = static_cast<std::uint32_t>(k + 1 < colours.size() ? k : k + (c - first));
+        }
+    }
+    static thread_local std::vector<std::uint32_t> nextOf;  // level, by body
+    nextOf.assign(colours.empty() ? problem.bodies.size() : 0, 0);
+    for (; c < levels.size(); ++c) {
+        const auto forPushed = [&](const auto& visit) {
+            for (const int body : {problem.contacts[c].a, problem.contacts[c].b}) {
+                if (!problem.bodies[static_cast<std::size_t>(body)].fixed) {
+                    visit(nextOf[static_cast<std::size_t>(body)]);
+                }
+            }
+        };
+        levels[c] = 0;
+        forPushed([&](std::uint32_t next) { levels[c] = std::max(levels[c], next); });
+        forPushed([&](std::uint32_t& next) { next = levels[c] + 1; });
+    }
+}
+
 }  // namespace
 
 template <class S>
@@ -27,21 +57,21 @@ void ContactLanes<S>::forPoints(const Problem<S>& problem, const Visit& visit) c
 template <class S>
 template <class Visit>
 void ContactLanes<S>::forPacks(const Problem<S>& problem, const Visit& visit) const {
-    sharePacks(*problem.jobs, 0, packs_.size(),
+    sharePacks(problem.jobs, 0, packs_.size(),
                [&](std::size_t begin, std::size_t end) { visit(contactKernels<S>(), begin, end); });
 }
 
 template <class S>
 template <class Visit>
-void ContactLanes<S>::forColours(const Problem<S>& problem, const Visit& visit) const {
+void ContactLanes<S>::forLevels(const Problem<S>& problem, const Visit& visit) const {
+    if (problem.jobs == nullptr || problem.jobs->threadCount() == 1) {
+        visit(std::size_t(0), packs_.size());
+        return;
+    }
     std::size_t begin = 0;
-    for (std::size_t k = 0; k < ends_.size(); ++k) {
-        if (k + 1 == ends_.size() || problem.jobs->threadCount() == 1) {
-            visit(begin, ends_[k]);
-        } else {
-            sharePacks(*problem.jobs, begin, ends_[k], visit);
-        }
-        begin = ends_[k];
+    for (const std::size_t end : ends_) {
+        sharePacks(problem.jobs, begin, end, visit);
+        begin = end;
     }
 }
 
@@ -50,6 +80,7 @@ void ContactLanes<S>::fillPack(const Problem<S>& problem, std::size_t n) {
     Pack& pack = packs_[n];
     const std::uint32_t* const contacts = order_.data() + firstOf_[n];
     const std::size_t count = firstOf_[n + 1] - firstOf_[n];
+    pack.lanes = static_cast<std::uint32_t>(count);
     pack.isRound = false;
     pack.movesA = 0;
     pack.movesB = 0;
@@ -76,32 +107,30 @@ void ContactLanes<S>::fillPack(const Problem<S>& problem, std::size_t n) {
 
 template <class S>
 void ContactLanes<S>::layOut(const Problem<S>& problem) {
+    static thread_local std::vector<std::uint32_t> levels;
+    findLevels(problem, levels);
     order_.clear();
+    for (std::uint32_t c = 0; c < levels.size(); ++c) {
+        if (problem.contacts[c].count > 0) {
+            order_.push_back(c);
+        }
+    }
+    // Those with as many points beside each other, so that few lanes stay empty.
+    std::stable_sort(order_.begin(), order_.end(), [&, of = levels.data()](std::uint32_t a, std::uint32_t b) {
+        return std::pair(of[a], -problem.contacts[a].count) < std::pair(of[b], -problem.contacts[b].count);
+    });
     firstOf_.clear();
     ends_.clear();
-    std::size_t begin = 0;
-    for (std::size_t k = 0; k < problem.contactColours.size(); ++k) {
-        const std::size_t end = problem.contactColours[k];
-        const std::size_t first = order_.size();
-        // Those with as many points beside each other, so that few lanes stay empty.
-        for (int count = 4; count > 0; --count) {
-            for (std::size_t c = begin; c < end; ++c) {
-                if (problem.contacts[c].count == count) {
-                    order_.push_back(static_cast<std::uint32_t>(c));
-                }
-            }
+    for (std::uint32_t n = 0; n < order_.size(); ++n) {
+        const bool isNewLevel = n > 0 && levels[order_[n]] != levels[order_[n - 1]];
+        if (isNewLevel) {
+            ends_.push_back(firstOf_.size());
         }
-        const bool isColour = k + 1 < problem.contactColours.size();
-        if (!isColour) {
-            std::sort(order_.begin() + static_cast<std::ptrdiff_t>(first), order_.end());
+        if (n == 0 || isNewLevel || n - firstOf_.back() == Pack::width) {
+            firstOf_.push_back(n);
         }
-        const std::size_t step = isColour ? Pack::width : 1;
-        for (std::size_t n = first; n < order_.size(); n += step) {
-            firstOf_.push_back(static_cast<std::uint32_t>(n));
-        }
-        ends_.push_back(firstOf_.size());
-        begin = end;
     }
+    ends_.push_back(firstOf_.size());
     resizeClosely(packs_, firstOf_.size());
     resizeClosely(frames_, firstOf_.size());
     std::uint32_t rows = 0;
@@ -275,7 +304,7 @@ void ContactLanes<S>::relax(const Problem<S>& problem, S* twists, S h) {
 template <class S>
 S ContactLanes<S>::push(const Problem<S>& problem, S* twists, const S* before, S slope) {
     terms_.resize(problem.points.size());
-    forColours(problem, [&](std::size_t begin, std::size_t end) {
+    forLevels(problem, [&](std::size_t begin, std::size_t end) {
         contactKernels<S>().push(view(problem, twists), begin, end, before, terms_.data());
     });
     return problem.sum(problem.contacts.size(), slope, [&](std::size_t begin, std::size_t end) {
@@ -317,7 +346,7 @@ void ContactLanes<S>::scale(const Problem<S>& problem, S share) {
 
 template <class S>
 S ContactLanes<S>::sweep(const Problem<S>& problem, S* twists, S relaxation, S change) {
-    forColours(problem, [&](std::size_t begin, std::size_t end) {
+    forLevels(problem, [&](std::size_t begin, std::size_t end) {
         contactKernels<S>().sweep(view(problem, twists), begin, end, relaxation, changes_.data());
     });
     return problem.sum(changes_.size(), change, [&](std::size_t begin, std::size_t end) {

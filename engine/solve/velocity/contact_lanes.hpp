@@ -1,7 +1,7 @@
 #pragma once
-// The contacts of an island with colours as packs of lanes (contact_kernels.hpp): laid out once a step, placed anew in
-// each sub-step. They keep the rows of the contacts; forces and impulses are written to the problem where they are
-// asked for. The bits are those of the scalar code of CompactSweeps.
+// The contacts of an island as packs of lanes (contact_kernels.hpp), each of one colour or level: laid out once a step,
+// placed anew in each sub-step. They keep the rows of the contacts; forces and impulses are written to the problem
+// where they are asked for. The bits are those of the scalar code of CompactSweeps.
 #include "engine/problem/problem.hpp"
 #include "engine/solve/kernels/contact_kernels.hpp"
 
@@ -10,8 +10,6 @@ namespace cairn {
 template <class S>
 class ContactLanes final : public ContactRowKeeper<S> {
 public:
-    // Whether the island is worth it.
-    static bool areFor(const Problem<S>& problem) { return !problem.contactColours.empty(); }
     // Frames, arms and C where the bodies are now.
     void place(Problem<S>& problem);
     // `masses` as ContactLanesView's, which are kept.
@@ -38,7 +36,7 @@ private:
     using Pack = ContactPack<S>;
     using Row = PointPack<S>;
 
-    // Which contacts are a pack, colour by colour; what found none is one by itself.
+    // Which contacts are a pack.
     void layOut(const Problem<S>& problem);
     // What a pack has for the whole step: whose it is; frames, and no impulses.
     void fillPack(const Problem<S>& problem, std::size_t pack);
@@ -67,16 +65,16 @@ private:
     // Calls visit(pack, lane, point, row among points_) for each contact point.
     template <class Visit>
     void forPoints(const Problem<S>& problem, const Visit& visit) const;
-    // Calls visit(begin, end) over packs, colour by colour: calls at one time push no body in common.
+    // Calls visit(begin, end) over packs, level by level: calls at one time push no body in common.
     template <class Visit>
-    void forColours(const Problem<S>& problem, const Visit& visit) const;
+    void forLevels(const Problem<S>& problem, const Visit& visit) const;
 
     std::vector<Pack> packs_;
     std::vector<Row> points_;
     std::vector<FramePack<S>> frames_;
     std::vector<GivenPack<S>> given_;
     std::vector<S> placements_;
-    std::vector<std::size_t> ends_;         // of the colours, among packs_
+    std::vector<std::size_t> ends_;         // of the levels, among packs_
     std::array<std::size_t, 3> laidOut_{};  // bodies, contacts and points of the problem
     bool rubsAnew_ = false;                 // what sticks has another friction: looked at in every sub-step
     std::vector<std::uint32_t> order_;      // contacts, pack by pack

@@ -162,7 +162,7 @@ void JointSweeps<S>::couple(Problem<S>& problem, const BodyMass<S>* masses, bool
         return;
     }
     delassus_.resize(packImpulses());
-    sharePacks(*problem.jobs, 0, packs_.size(), [&](std::size_t begin, std::size_t end) {
+    sharePacks(problem.jobs, 0, packs_.size(), [&](std::size_t begin, std::size_t end) {
         pinKernels<S>().couple(view(nullptr, masses), begin, end, delassus_.data());
     });
     if (!writes) {
@@ -260,7 +260,7 @@ S JointSweeps<S>::sumOverAll(const Problem<S>& problem, const Packs& packs, cons
         };
         const std::size_t singleCount = end.singles - begin.singles;
         if (mayShare) {
-            sharePacks(*problem.jobs, begin.packs, end.packs, packs);
+            sharePacks(problem.jobs, begin.packs, end.packs, packs);
             parallelFor(*problem.jobs, singleCount, visitsAtOnce, visitOne);
         } else {
             if (end.packs > begin.packs) {

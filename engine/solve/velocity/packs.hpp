@@ -18,12 +18,16 @@ Vec3<S> get(const S (&from)[3][width], std::size_t lane) {
     return {from[0][lane], from[1][lane], from[2][lane]};
 }
 
-// Calls visit(from, to) over packs [begin, end), a few at a time, from all threads.
+// Calls visit(from, to) over packs [begin, end): a few at a time, from all threads, or at once where there are no jobs.
 template <class Visit>
-void sharePacks(JobSystem& jobs, std::size_t begin, std::size_t end, const Visit& visit) {
+void sharePacks(JobSystem* jobs, std::size_t begin, std::size_t end, const Visit& visit) {
     constexpr std::size_t packsAtOnce = 2;
     const std::size_t count = end - begin;
-    parallelFor(jobs, (count + packsAtOnce - 1) / packsAtOnce, 1,
+    if (jobs == nullptr) {
+        visit(begin, end);
+        return;
+    }
+    parallelFor(*jobs, (count + packsAtOnce - 1) / packsAtOnce, 1,
                 [&](std::size_t c) { visit(begin + c * packsAtOnce, begin + std::min(count, (c + 1) * packsAtOnce)); });
 }
 

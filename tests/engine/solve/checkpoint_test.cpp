@@ -70,11 +70,13 @@ TEST(Checkpoint, PutsBackColours) {
     const Checkpoint<double> start(problem);
     problem.contacts.resize(9);
     problem.contactColours = {4, 8, 9};
+    problem.inLanes = true;
     problem.jointOrder = {0};
     problem.jointColours = {1};
     start.restore(problem);
     EXPECT_EQ(problem.contactColours, (std::vector<std::size_t>{2, 3}));
     EXPECT_EQ(problem.contactColours.back(), problem.contacts.size());
+    EXPECT_FALSE(problem.inLanes);
     EXPECT_EQ(problem.jointOrder, (std::vector<std::uint32_t>{1, 0}));
     EXPECT_EQ(problem.jointColours, (std::vector<std::size_t>{1, 2}));
 }

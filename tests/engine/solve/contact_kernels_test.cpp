@@ -46,6 +46,7 @@ struct Packs {
         for (std::size_t n = 0; n < count; ++n) {
             packs[n].firstRow = static_cast<std::uint32_t>(4 * n);
             packs[n].count = 4;
+            packs[n].lanes = width;
             packs[n].isRound = n > 0;
             for (std::size_t lane = 0; lane < width; ++lane) {
                 fill(random, n, lane);
@@ -252,21 +253,35 @@ std::vector<double> answerOf(Problem<double> problem, double& change) {
     return all;
 }
 
+void expectAnswersAsOneByOne(const Problem<double>& inLanes) {
+    Problem<double> oneByOne = inLanes;
+    oneByOne.inLanes = false;
+    oneByOne.contactColours.clear();
+    oneByOne.jobs = nullptr;
+    double change = 0;
+    double changeOfOne = 0;
+    const std::vector<double> answer = answerOf(inLanes, change);
+    EXPECT_EQ(answer, answerOf(oneByOne, changeOfOne));
+    EXPECT_EQ(change, changeOfOne);
+    EXPECT_GT(*std::max_element(answer.begin(), answer.end()), 0.5);
+}
+
 TEST(ContactKernels, AnswerAsContactsOneByOne) {
     TestRandom random(12);
     const std::shared_ptr<JobSystem> jobs = makeTbbJobSystem(2);
     for (int trial = 0; trial < 100; ++trial) {
         const HandMadeIsland island = wall(random, trial % 2 == 0);
-        Problem<double> inLanes = island.problem;
-        inLanes.jobs = jobs.get();
-        Problem<double> oneByOne = island.problem;
-        oneByOne.contactColours.clear();
-        double change = 0;
-        double changeOfOne = 0;
-        const std::vector<double> answer = answerOf(inLanes, change);
-        EXPECT_EQ(answer, answerOf(oneByOne, changeOfOne));
-        EXPECT_EQ(change, changeOfOne);
-        EXPECT_GT(*std::max_element(answer.begin(), answer.end()), 0.5);
+        Problem<double> byColours = island.problem;
+        byColours.inLanes = true;
+        byColours.jobs = jobs.get();
+        expectAnswersAsOneByOne(byColours);
+        Problem<double> byLevels = island.problem;
+        byLevels.inLanes = true;
+        byLevels.contactColours.clear();
+        for (std::size_t k = byLevels.contacts.size() - 1; k > 0; --k) {
+            std::swap(byLevels.contacts[k], byLevels.contacts[static_cast<std::size_t>(random.uniform(0, k + 1))]);
+        }
+        expectAnswersAsOneByOne(byLevels);
     }
 }
 
