@@ -24,6 +24,7 @@ struct Contacts {
         for (std::size_t n = 0; n < packCount; ++n) {
             packs[n].firstRow = static_cast<std::uint32_t>(4 * n);
             packs[n].count = 4;
+            packs[n].lanes = width;
             for (std::size_t lane = 0; lane < width; ++lane) {
                 fill(n, lane);
             }

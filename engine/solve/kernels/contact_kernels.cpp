@@ -251,10 +251,18 @@ HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, con
     auto wanted1 = hn::Sub(p.y, hn::Mul(hn::Mul(relaxation, dot<D>(frame.tangent1, u)), hn::Div(one, delassus1)));
     auto wanted2 = hn::Sub(p.z, hn::Mul(hn::Mul(relaxation, dot<D>(frame.tangent2, u)), hn::Div(one, delassus2)));
     const auto limit = hn::Mul(hn::Load(d, point.friction + lane), next);
-    const auto length = hn::Sqrt(hn::Add(hn::Mul(wanted1, wanted1), hn::Mul(wanted2, wanted2)));
-    const auto share = hn::IfThenElse(hn::Lt(limit, length), hn::Div(limit, length), one);
-    wanted1 = hn::Mul(wanted1, share);
-    wanted2 = hn::Mul(wanted2, share);
+    // Most stick or are open: the root and the quotient, which all else would wait for, only where one may slip.
+    const auto isOpen = hn::Eq(limit, hn::Zero(d));
+    wanted1 = hn::IfThenElse(isOpen, hn::Mul(wanted1, limit), wanted1);
+    wanted2 = hn::IfThenElse(isOpen, hn::Mul(wanted2, limit), wanted2);
+    const auto square = hn::Add(hn::Mul(wanted1, wanted1), hn::Mul(wanted2, wanted2));
+    const auto surely = hn::Set(d, S(1) - 8 * std::numeric_limits<S>::epsilon());
+    if (!hn::AllFalse(d, hn::Lt(hn::Mul(surely, hn::Mul(limit, limit)), square))) {
+        const auto length = hn::Sqrt(square);
+        const auto share = hn::IfThenElse(hn::Lt(limit, length), hn::Div(limit, length), one);
+        wanted1 = hn::Mul(wanted1, share);
+        wanted2 = hn::Mul(wanted2, share);
+    }
     const auto dp1 = hn::Sub(wanted1, p.y);
     const auto dp2 = hn::Sub(wanted2, p.z);
     bodies.push(frame.tangent1, bodies.unitTurns(armA, armB, frame.tangent1), dp1);
