@@ -38,6 +38,10 @@ constexpr int minConjugate = 6;
 constexpr double maxJointWork = 320;
 constexpr double thriftyJointWork = 240;
 constexpr int mostSubsteps = 4;
+// Of contacts and joints, while the bodies move and after. With three for four of the latter heaps of dolls are as
+// deep, for a tenth fewer visits; with two a doll that lands is as far off again from where fine steps say.
+constexpr int turns = 4;
+constexpr int relaxTurns = 3;
 // m, of what pins open by on arcs: less is not worth another solution.
 template <class S>
 constexpr S closedPins = S(2e-5);
@@ -46,12 +50,12 @@ constexpr S closedPins = S(2e-5);
 // open by 20 to 600 mm where they whip (docs/solvers.md, "The knee").
 template <class S>
 constexpr S worthASubstep = S(0.008);
-// m, of a point of contact, likewise: dolls that lie and shift take a quarter fewer visits and get no deeper than by
-// four sub-steps each; with no regard to depth four times as many pairs are over 20 mm deep (docs/solvers.md).
+// m, of a point of contact, likewise: dolls that lie and shift take fewer visits and get no deeper than by four
+// sub-steps each; half of both costs a tenth more, for a deepest pair that is a tenth less deep (docs/solvers.md).
 template <class S>
-constexpr S wayWorthASubstep = S(0.005);
+constexpr S wayWorthASubstep = S(0.01);
 template <class S>
-constexpr S depthWorthASubstep = S(0.00125);
+constexpr S depthWorthASubstep = S(0.0025);
 
 // m: how far apart the anchors of pins come in dt since their bodies turn, as they do at the start of the step. What
 // rows hold is the speed there, along tangents; from it they part by half the difference of their centripetal
@@ -107,7 +111,7 @@ template <class S>
 class Hybrid final : public ImpulseSolver<S> {
 public:
     Hybrid(const SolverSettings& settings, bool mayTakeFewer)
-        : ImpulseSolver<S>(stiff(settings), ContactForm::Compact, mostSubsteps, 4),
+        : ImpulseSolver<S>(stiff(settings), ContactForm::Compact, mostSubsteps, turns, contactPushOut()),
           mayTakeFewer_(mayTakeFewer && settings.def.substeps == 0) {}
 
     SolveReport advance(Problem<S>& problem, S h) override {
@@ -133,6 +137,12 @@ public:
     }
 
 private:
+    // As one sweep a sub-step bears it. Stiffer, towers of ten wander here too, and landing dolls bounce off (half a
+    // second on they are 100 to 200 mm from where fine steps say, not 20). But what is deeper than anything that rests
+    // goes by a third of it more in each sub-step, at a speed that is no bounce.
+    static auto contactPushOut() {
+        return typename ImpulseSolver<S>::PushOut{.deepShare = 0.3, .deepFrom = 0.002, .deepSpeed = 0.2};
+    }
     static SolverSettings stiff(SolverSettings settings) {
         settings.def.geometricStiffness = true;
         return settings;
@@ -160,6 +170,9 @@ private:
         const S time = std::max(h, static_cast<S>(problem.limits.closingTime));
         return memory.isExact ? PushOutSpring<S>{S(1) / time, S(1) / regularisation<S>, maxSpeed}
                               : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed);
+    }
+    int relaxing() const override {
+        return this->settings_.def.iterations > 0 ? ImpulseSolver<S>::relaxing() : relaxTurns;
     }
     bool readsResponses(const Problem<S>& problem) const override { return isExact(problem); }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }

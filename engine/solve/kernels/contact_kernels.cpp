@@ -184,7 +184,11 @@ void beginTerms(const ContactLanesView<S>& view, std::size_t begin, std::size_t 
                     hn::Store(start, d, point->start + lane);
                 }
                 const auto isOpen = hn::Lt(start, C);
-                const auto shut = hn::Mul(hn::Set(d, rule.rate), C);
+                const auto deeper = hn::Add(C, hn::Set(d, rule.deepFrom));
+                const auto deep =
+                    hn::Mul(hn::Set(d, rule.deepRate), hn::IfThenElseZero(hn::Lt(deeper, hn::Zero(d)), deeper));
+                const auto shut =
+                    hn::Add(hn::Mul(hn::Set(d, rule.rate), C), hn::Max(deep, hn::Set(d, -rule.deepSpeed)));
                 const auto slowest = hn::Set(d, -rule.maxSpeed);
                 const auto pushing = hn::Sub(hn::IfThenElse(hn::Lt(shut, slowest), slowest, shut),
                                              hn::Mul(hn::Set(d, rule.rate), start));

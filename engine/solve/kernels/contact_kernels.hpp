@@ -95,7 +95,7 @@ struct ContactLanesView {
 // Of the push-out, as PushOutSpring; h in s.
 template <class S>
 struct ContactTermRule {
-    S rate, stiffness, maxSpeed, h;
+    S rate, stiffness, maxSpeed, deepRate, deepFrom, deepSpeed, h;
     S warmStart;   // share of the impulses to start from
     bool isFirst;  // sub-step of the step
     S mostStart;   // m, of PointPack::start

@@ -65,8 +65,8 @@ void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring
     if (inLanes) {
         static_assert(sizeof(BodyMass<S>) == 7 * sizeof(S) && sizeof(Vec6<S>) == 6 * sizeof(S));
         lanes_.begin(problem,
-                     {spring.rate, spring.stiffness, spring.maxSpeed, h, warmStart, problem.limits.isFirst,
-                      mostStartOfSpring<S>},
+                     {spring.rate, spring.stiffness, spring.maxSpeed, spring.deepRate, spring.deepFrom,
+                      spring.deepSpeed, h, warmStart, problem.limits.isFirst, mostStartOfSpring<S>},
                      &masses_.front().inverse);
     } else {
         sweeps_.resize(problem.contactRows.size());
@@ -107,8 +107,7 @@ void CompactSweeps<S>::beginContact(Problem<S>& problem, std::size_t c, const Pu
         }
         const S start = sweeps_[i].start;
         const bool isOpen = point.C > start;
-        point.bias =
-            isOpen ? (point.C - start) / h : std::max(spring.rate * point.C, -spring.maxSpeed) - spring.rate * start;
+        point.bias = isOpen ? (point.C - start) / h : spring.speedAt(point.C) - spring.rate * start;
         point.softness = isOpen ? S(0) : point.delassus[0] / spring.stiffness;
         readScales(contact, point, sweeps_[i]);
     }

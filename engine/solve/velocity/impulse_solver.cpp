@@ -5,14 +5,6 @@
 #include <algorithm>
 
 namespace cairn {
-namespace {
-
-// The relaxing sweeps have nothing to start from but the pushed-out answer: one leaves visible speed in four-point
-// contacts.
-constexpr int relaxSweeps = 2;
-
-}  // namespace
-
 template <class S>
 template <class System>
 SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
@@ -64,7 +56,7 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
         problem.respond();
     }
     system.readBodies(problem);
-    iterate(problem, system, std::max(relaxSweeps, iterations_));
+    iterate(problem, system, relaxing());
 
     system.writeBodies(problem);
     system.store(problem, h);

@@ -7,6 +7,7 @@
 #include "engine/solve/solver.hpp"
 #include "engine/solve/velocity/compact_sweeps.hpp"
 
+#include <algorithm>
 #include <numbers>
 
 namespace cairn {
@@ -25,10 +26,15 @@ public:
     struct PushOut {
         double phase = 0.5 * std::numbers::pi;
         double dampingRatio = 10;
+        // As PushOutSpring, deepShare the part in a sub-step.
+        double deepShare = 0;
+        double deepFrom = 0;
+        double deepSpeed = 0;
 
         PushOutSpring<S> spring(S h, S maxSpeed) const {
             const S stiff = S(2) * static_cast<S>(dampingRatio) + static_cast<S>(phase);
-            return {static_cast<S>(phase) / stiff / h, static_cast<S>(phase) * stiff, maxSpeed};
+            return {static_cast<S>(phase) / stiff / h, static_cast<S>(phase) * stiff, maxSpeed,
+                    static_cast<S>(deepShare) / h,     static_cast<S>(deepFrom),      static_cast<S>(deepSpeed)};
         }
     };
     // As stiff as sweeps with conjugate directions bear, six and more a sub-step.
@@ -48,6 +54,9 @@ public:
     }
     // A sub-step of ContactForm::Compact begins. Gives the spring of the joints: `spring` is that of the contacts.
     virtual PushOutSpring<S> begin(Problem<S>&, const PushOutSpring<S>& spring, S) { return spring; }
+    // Iterations without push-out, after the bodies have moved. They have nothing to start from but the pushed-out
+    // answer: one leaves visible speed in four-point contacts.
+    virtual int relaxing() const { return std::max(2, iterations_); }
     // Whether iterate() reads what Problem::responses hold beside delassus.
     virtual bool readsResponses(const Problem<S>&) const { return form_ == ContactForm::Rows; }
     // Lowers the error of `system` by `iterations` sweeps; the second of those with ContactForm::Compact alone.

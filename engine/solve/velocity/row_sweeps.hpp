@@ -12,6 +12,16 @@ struct PushOutSpring {
     S rate = 0;       // 1/s
     S stiffness = 1;  // of the row, in units of its mass over the square of the sub-step
     S maxSpeed = 0;   // m/s or rad/s
+    // Of contacts in short: what they are deeper than deepFrom (m) goes at deepRate (1/s) beside, at deepSpeed at most.
+    S deepRate = 0;
+    S deepFrom = 0;
+    S deepSpeed = 0;
+
+    // m/s, what is asked of a contact that is C (m) apart.
+    S speedAt(S C) const {
+        const S deep = std::max(deepRate * std::min(S(0), C + deepFrom), -deepSpeed);
+        return std::max(rate * C + deep, -maxSpeed);
+    }
 };
 
 template <class S>

@@ -100,7 +100,7 @@ struct Packs {
         const ContactLanesView<S> view{packs.data(),  rows.data(),       frames.data(), given.data(), places.data(),
                                        rounds.data(), placements.data(), twists.data(), masses.data()};
         kernels.place(view, 0, count);
-        kernels.begin(view, 0, count, {S(10), S(20), S(3), S(0.01), S(0.9), true, S(0.2)});
+        kernels.begin(view, 0, count, {S(10), S(20), S(3), S(5), S(0.1), S(0.4), S(0.01), S(0.9), true, S(0.2)});
         kernels.push(view, 0, count, before.data(), work.data());
         all.insert(all.end(), work.begin(), work.end());
         for (int k = 0; k < 4; ++k) {
