@@ -187,9 +187,9 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
         Side last;
         const std::size_t end = std::min((k + 1) * pairsPerJob, pairs_.size());
         for (std::size_t i = k * pairsPerJob; i < end; ++i) {
-            constexpr std::size_t ahead = 3;  // the manifolds of most pairs are in no cache when their turn comes
-            if (i + ahead < end) {
-                __builtin_prefetch(pairs_[i + ahead].manifolds.data());
+            if (i + prefetchAhead < end) {
+                pairs_[i + prefetchAhead].prefetch();
+                __builtin_prefetch(&bodies[pairs_[i + prefetchAhead].pair.b]);
             }
             look(i, last, countsOf_[k]);
         }

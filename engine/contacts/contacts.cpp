@@ -316,7 +316,7 @@ void PairContacts<S>::beginStep() {
         if (manifold.rolling) {
             manifold.rolling->impulse.setZero();
         }
-        for (ContactPointState<S>& point : manifold.points) {
+        for (ContactPointState<S>& point : manifold.found()) {
             point.impulse.setZero();
             point.normalImpulse = S(0);
         }
@@ -327,7 +327,7 @@ template <class S>
 void PairContacts<S>::endPoints(const ContactManifold<S>& manifold, const Body<S>& a, const Pose<S>& poseA,
                                 const Body<S>& b, const Pose<S>& poseB) {
     bool isFirst = true;
-    for (const ContactPointState<S>& point : manifold.points) {
+    for (const ContactPointState<S>& point : manifold.found()) {
         if (manifold.isTransferred(manifold.placeOf(point)) || point.impulse.isZero(S(0))) {
             continue;
         }

@@ -88,6 +88,9 @@ struct ContactManifold {
     }
     std::span<ContactPointState<S>> inForce() { return {points.data(), static_cast<std::size_t>(count)}; }
     std::span<const ContactPointState<S>> inForce() const { return {points.data(), static_cast<std::size_t>(count)}; }
+    // Those in force and those that carry nothing; the rest of `points` are blank.
+    std::span<ContactPointState<S>> found() { return {points.data(), static_cast<std::size_t>(known)}; }
+    std::span<const ContactPointState<S>> found() const { return {points.data(), static_cast<std::size_t>(known)}; }
 };
 
 // What a solver sees of a point; it stands where the bodies stand.
@@ -115,6 +118,9 @@ struct EndedContact {
     double restitution = 0;
 };
 
+// Pairs that a loop over them asks the caches for ahead of its own.
+constexpr std::size_t prefetchAhead = 4;
+
 template <class S>
 struct PairContacts {
     ProxyPair pair;  // a < b, indices of bodies
@@ -137,6 +143,16 @@ struct PairContacts {
     bool isForgotten = false;  // one of its bodies has left the world since the last step
 
     int pointCount() const;  // in force
+    // Asks the caches for its manifold, of most the only one, as far as its first point: in large worlds it is in none
+    // when a loop over pairs comes to it.
+    void prefetch() const {
+        constexpr std::size_t line = 64;
+        constexpr std::size_t lines = (sizeof(ContactManifold<S>) - 3 * sizeof(ContactPointState<S>) + line - 1) / line;
+        const char* const at = reinterpret_cast<const char*>(manifolds.data());
+        for (std::size_t k = 0; k < lines; ++k) {
+            __builtin_prefetch(at + k * line);
+        }
+    }
     // Whether a point of a manifold found elsewhere is one of those in force, and pushes the same way.
     bool knows(const ContactManifold<S>& manifold, const ContactPointState<S>& point) const;
     double depth() const;  // m, of the deepest point that was found, in force or not; 0: they do not overlap

@@ -161,6 +161,7 @@ void Gatherer<S>::gather() {
     }
     problem_.forEach(island_.pairs.size(), [&](std::size_t k) {
         PairContacts<S>& pair = pairAt(k);
+        prefetchAfterPair(k);
         pair.beginStep();
         pair.isNew = false;
     });
@@ -253,6 +254,7 @@ auto Gatherer<S>::listManifolds() -> Seldom {
         Seldom seldom;
         for (std::size_t k = begin; k < end; ++k) {
             const PairContacts<S>& pair = pairAt(k);
+            prefetchAfterPair(k);
             for (std::uint32_t m = 0; m < pair.manifolds.size(); ++m) {
                 const ContactManifold<S>& manifold = pair.manifolds[m];
                 ProblemContact<S>& contact = problem_.contacts[first[k] + m];
@@ -294,7 +296,10 @@ void Gatherer<S>::fillContacts() {
     resizeClosely(problem_.points, static_cast<std::size_t>(count));
     resizeClosely(problem_.places, static_cast<std::size_t>(count));
     resizeClosely(problem_.rounds, static_cast<std::size_t>(rounds));
-    problem_.forEach(problem_.contacts.size(), [&](std::size_t c) { fillPoints(problem_.contacts[c]); });
+    problem_.forEach(problem_.contacts.size(), [&](std::size_t c) {
+        prefetchAfterContact(c);
+        fillPoints(problem_.contacts[c]);
+    });
     problem_.rolls.clear();
     if (seldom.rolls) {
         fillRolls();
@@ -345,6 +350,7 @@ S preloadAfter(const ProblemPoint<S>& point, bool isHeldAtRest) {
 template <class S>
 void Gatherer<S>::handContactsBack() {
     problem_.forEach(problem_.contacts.size(), [&](std::size_t c) {
+        prefetchAfterContact(c);
         const ProblemContact<S>& contact = problem_.contacts[c];
         ContactManifold<S>& manifold = manifoldOf(contact);
         std::size_t i = static_cast<std::size_t>(contact.firstPoint);

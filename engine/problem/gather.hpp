@@ -69,6 +69,20 @@ private:
     // The same of one that is there.
     int placeAmong(const std::vector<int>& fixed, std::uint32_t body) const;
     PairContacts<S>& pairAt(std::size_t k) const { return world_.contacts.pairs()[island_.pairs[k]]; }
+    // What a loop over pairs, or over contacts, will come to when it is at this one: in large worlds it is in no cache.
+    void prefetchAfterPair(std::size_t k) const {
+        if (k + prefetchAhead < island_.pairs.size()) {
+            pairAt(k + prefetchAhead).prefetch();
+        }
+    }
+    // These go to and fro among the pairs, colour by colour.
+    void prefetchAfterContact(std::size_t c) const {
+        const auto pairOf = [&](std::size_t i) { return &world_.contacts.pairs()[problem_.contacts[i].pair]; };
+        if (c + 2 * prefetchAhead < problem_.contacts.size()) {
+            __builtin_prefetch(&pairOf(c + 2 * prefetchAhead)->manifolds);
+            pairOf(c + prefetchAhead)->prefetch();
+        }
+    }
     ContactManifold<S>& manifoldOf(const ProblemContact<S>& contact) const {
         return world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
     }

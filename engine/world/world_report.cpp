@@ -29,7 +29,12 @@ void World<S>::Impl::measure() {
     constexpr std::size_t atOnce = 4096;
     for (std::size_t first = 0; first < pairs.size(); first += atOnce) {
         measured_.resize(std::min(atOnce, pairs.size() - first));
-        parallelFor(*jobs, measured_.size(), 64, [&](std::size_t k) { measured_[k] = measure(pairs[first + k]); });
+        parallelFor(*jobs, measured_.size(), 64, [&](std::size_t k) {
+            if (first + k + prefetchAhead < pairs.size()) {
+                pairs[first + k + prefetchAhead].prefetch();
+            }
+            measured_[k] = measure(pairs[first + k]);
+        });
         for (const Measured& measured : measured_) {
             report.counts.contacts += measured.points;
             if (measured.island >= 0) {
