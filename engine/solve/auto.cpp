@@ -8,7 +8,7 @@ namespace cairn {
 template <class S>
 std::unique_ptr<Solver<S>> makeThriftyHybrid(const SolverSettings& settings);
 template <class S>
-std::unique_ptr<Solver<S>> makeGaussSeidel(const SolverSettings& settings);
+std::unique_ptr<Solver<S>> makeThriftyGaussSeidel(const SolverSettings& settings);
 template <class S>
 std::unique_ptr<Solver<S>> makeNncg(const SolverSettings& settings);
 
@@ -96,7 +96,7 @@ Auto<S>::Auto(const SolverSettings& settings)
     : settings_(settings),
       direct_(std::make_unique<Direct<S>>(factored(settings))),
       hybrid_(makeThriftyHybrid<S>(settings)),
-      gaussSeidel_(makeGaussSeidel<S>(settings)),
+      gaussSeidel_(makeThriftyGaussSeidel<S>(settings)),
       nncg_(makeNncg<S>(settings)) {}
 
 template <class S>

@@ -13,18 +13,24 @@ namespace cairn {
 template <class S>
 class GaussSeidel final : public ImpulseSolver<S> {
 public:
-    // The power iteration for the optimal xi asks for single rows.
-    explicit GaussSeidel(const SolverSettings& settings)
+    // The power iteration for the optimal xi asks for single rows. isThrifty: makeThriftyGaussSeidel().
+    explicit GaussSeidel(const SolverSettings& settings, bool isThrifty = false)
         : ImpulseSolver<S>(
               settings,
-              settings.def.relaxationRule == RelaxationRule::Optimal ? ContactForm::Rows : ContactForm::Compact, 8, 1) {
-    }
+              settings.def.relaxationRule == RelaxationRule::Optimal ? ContactForm::Rows : ContactForm::Compact, 8, 1,
+              isThrifty ? deepPushOut() : PushOut()),
+          mayTakeFewer_(isThrifty && settings.def.substeps == 0) {}
+    StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override;
 
 private:
+    using PushOut = typename ImpulseSolver<S>::PushOut;
+    static PushOut deepPushOut();
     void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override;
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override;
     template <class System>
     void sweep(Problem<S>& problem, System& system, S relaxation, int iterations) const;
+
+    bool mayTakeFewer_;
 };
 
 // Spectral radius of the Jacobi iteration of `system` over rows that are in no bound, by `iterations` of power

@@ -1,8 +1,9 @@
-// How hybrid works off what is deep: within steps, and at no speed that would be left as a bounce.
+// How sweeps work off what is deep: within steps, and at no speed that would be left as a bounce.
 #include "tests/engine/engine_kit.hpp"
 #include "tests/engine/sixtieth.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cairn {
 namespace {
@@ -33,6 +34,52 @@ TEST(DeepContacts, ArePushedOutWithoutABounce) {
     const PushedOut out = putInto(0.02);
     expectBelow("of 20 mm after five steps, m", out.depth, 2.6e-3);
     expectBelow("rise, m/s", out.rise, 1e-6);
+}
+
+struct Heap {
+    double deepest = 0;  // m, in the mean of the steps
+    double work = 0;     // visits
+};
+
+// Layers of bricks and balls let go into a bin, as `throwing` turns and shifts them.
+Heap fall(const SolverDef& solver, int throwing) {
+    Worldd world({.solver = solver, .sleep = {.enabled = false}});
+    addFloor(world);
+    for (const double side : {-1.0, 1.0}) {
+        world.add({.type = BodyType::Static, .shapes = {box({0.5, 10, 4})}, .position = {3 * side, 10, 0}});
+        world.add({.type = BodyType::Static, .shapes = {box({4, 10, 0.5})}, .position = {0, 10, 3 * side}});
+    }
+    for (int i = 0; i < 144; ++i) {
+        const double turn = 0.7 * i + 0.3 * throwing;
+        const Vec3d shift(0.05 * std::sin(turn), 0.8 + 1.2 * (i / 16), 0.05 * std::cos(3 * turn));
+        world.add({.shapes = {i % 2 == 0 ? box({0.35, 0.25, 0.3}) : sphere(0.4)},
+                   .position = shift + 1.2 * Vec3d(i % 4 - 1.5, 0, i / 4 % 4 - 1.5),
+                   .rotation = Quatd(Eigen::AngleAxisd(turn, Vec3d(1, 2, 3).normalized()))});
+    }
+    constexpr int steps = 150;
+    Heap heap;
+    for (int i = 0; i < steps; ++i) {
+        const StepReport& report = world.step(dt);
+        heap.deepest += report.error.maxPenetration / steps;
+        heap.work += report.counts.work;
+    }
+    return heap;
+}
+
+// auto pushes out faster what is deep, and takes fewer sub-steps for it.
+TEST(DeepContacts, HeapsLieNoDeeperForFewerVisits) {
+    Heap heap;
+    Heap sweeps;
+    for (int throwing = 0; throwing < 4; ++throwing) {
+        const Heap one = fall(AutoDef{}, throwing);
+        const Heap other = fall(GaussSeidelDef{}, throwing);
+        heap.deepest += one.deepest / 4;
+        heap.work += one.work;
+        sweeps.deepest += other.deepest / 4;
+        sweeps.work += other.work;
+    }
+    expectBelow("deepest of auto over that of gauss_seidel", heap.deepest / sweeps.deepest, 1);
+    expectBelow("visits of auto over those of gauss_seidel", heap.work / sweeps.work, 0.85);
 }
 
 }  // namespace
