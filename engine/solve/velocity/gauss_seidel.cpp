@@ -4,8 +4,8 @@ namespace cairn {
 namespace {
 
 constexpr int fewSweeps = 4;
-// Of heaps, whose deep contacts are pushed out faster than the others: half as many pairs or fewer are over 20 mm deep
-// as with eight without, for three quarters of the visits. With five a pyramid that is struck moves half as far again
+// Of heaps, whose deep contacts are pushed out faster than the others: fewer pairs are over 20 mm deep than with
+// eight without, for three quarters of the visits. With five a pyramid that is struck moves half as far again
 // (docs/solvers.md, "The knee").
 constexpr int heapSubsteps = 6;
 
