@@ -149,7 +149,7 @@ struct PairContacts {
         constexpr std::size_t line = 64;
         constexpr std::size_t lines = (sizeof(ContactManifold<S>) - 3 * sizeof(ContactPointState<S>) + line - 1) / line;
         const char* const at = reinterpret_cast<const char*>(manifolds.data());
-        for (std::size_t k = 0; k < lines; ++k) {
+        for (std::size_t k = 0; k < lines && !manifolds.empty(); ++k) {
             __builtin_prefetch(at + k * line);
         }
     }
