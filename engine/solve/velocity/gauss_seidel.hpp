@@ -19,7 +19,8 @@ public:
               settings,
               settings.def.relaxationRule == RelaxationRule::Optimal ? ContactForm::Rows : ContactForm::Compact, 8, 1,
               isThrifty ? deepPushOut() : PushOut()),
-          mayTakeFewer_(isThrifty && settings.def.substeps == 0) {}
+          mayTakeFewer_(isThrifty && settings.def.substeps == 0 &&
+                        settings.def.relaxationRule != RelaxationRule::Optimal) {}
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override;
 
 private:
@@ -30,7 +31,7 @@ private:
     template <class System>
     void sweep(Problem<S>& problem, System& system, S relaxation, int iterations) const;
 
-    bool mayTakeFewer_;
+    bool mayTakeFewer_;  // not on single rows, which are all pushed out alike
 };
 
 // Spectral radius of the Jacobi iteration of `system` over rows that are in no bound, by `iterations` of power
