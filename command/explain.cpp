@@ -31,10 +31,7 @@ std::string decisionsOf(const IslandReport& island) {
     add(island.halvings, "times shorter sub-steps, as one was refused");
     add(island.restarts, "times begun anew by sweeps, as no exact solution was found");
     add(island.subdivisions > 1 ? island.subdivisions : 0, "subdivisions of time, each with contacts of its own");
-    if (island.solves > 1) {
-        add(island.solves, island.overTolerance > 0 ? "solutions tried for the accuracy asked"
-                                                    : "solutions, the second one with what the first ran into");
-    }
+    add(island.solves > 1 ? island.solves : 0, "solutions tried for the accuracy asked");
     return text;
 }
 

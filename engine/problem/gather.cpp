@@ -425,31 +425,6 @@ void Gatherer<S>::detect(const SpeculativeBounds& speculative, NarrowCounts& cou
     cullInternalEdges<S>(ground, side);
 }
 
-template <class S>
-auto Gatherer<S>::findMet(const std::vector<PairContacts<S>>& atStart) const -> std::vector<Met> {
-    std::vector<Met> met;
-    for (const PairContacts<S>& before : atStart) {
-        const std::uint32_t p = island_.pairs[static_cast<std::size_t>(&before - atStart.data())];
-        const Body<S>& a = world_.bodies[before.pair.a];
-        const Body<S>& b = world_.bodies[before.pair.b];
-        for (const ContactManifold<S>& manifold : world_.contacts.pairs()[p].manifolds) {
-            if (isSurprise(before, manifold, a, b)) {
-                met.push_back({p, manifold});
-            }
-        }
-    }
-    return met;
-}
-
-template <class S>
-void Gatherer<S>::foresee(const std::vector<Met>& met) {
-    const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
-    for (const Met& one : met) {
-        PairContacts<S>& pair = world_.contacts.pairs()[one.pair];
-        foreseeManifold(pair, one.manifold, sideOf(pair.pair.a, fixedPlaces()), sideOf(pair.pair.b, fixedPlaces()));
-    }
-}
-
 template class Gatherer<float>;
 template class Gatherer<double>;
 

@@ -2,7 +2,7 @@
 // Between the world and the flat problem of an island: the one place that reads bodies, joints and contacts for
 // solvers, and writes their answers back. Islands share no body that moves, no joint and no pair, so that each may be
 // gathered, solved and handed back in a thread of its own.
-#include "engine/contacts/look_ahead.hpp"
+#include "engine/contacts/contacts.hpp"
 #include "engine/islands/islands.hpp"
 #include "engine/problem/problem.hpp"
 
@@ -39,15 +39,6 @@ public:
     // their forces. gatherContacts() takes them over.
     void detect(const SpeculativeBounds& speculative, NarrowCounts& counts);
     void gatherContacts();
-    // A manifold that bodies met on their way.
-    struct Met {
-        std::uint32_t pair;
-        ContactManifold<S> manifold;
-    };
-    // After detect(): what is deep (surprise()) at points that the island's pairs did not know when the step began.
-    std::vector<Met> findMet(const std::vector<PairContacts<S>>& atStart) const;
-    // Makes contacts of it where the bodies are now.
-    void foresee(const std::vector<Met>& met);
     // Gives joints, locks and contact points of the world what they carry after the step.
     void handBack();
 

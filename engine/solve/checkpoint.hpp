@@ -71,8 +71,6 @@ public:
             world.contacts.pairs()[island.pairs[k]] = pairs_[k];
         }
     }
-    // As they were, in the island's order.
-    const std::vector<PairContacts<S>>& pairs() const { return pairs_; }
 
 private:
     Checkpoint<S> problem_;

@@ -347,76 +347,8 @@ void StepController<S>::calmDown(double over) {
 }
 
 template <class S>
-bool StepController<S>::isStruck(S dt) const {
-    if (problem_.contacts.empty()) {
-        return false;
-    }
-    S fastest = 0;  // m, of a body's points in dt
-    S thinnest = infinity<S>();
-    for (const SolverBody<S>& s : problem_.bodies) {
-        if (s.index == UINT32_MAX) {
-            continue;
-        }
-        const Body<S>& body = world_.bodies[s.index];
-        const S w = s.v.template tail<3>().norm();
-        const S turning = w > S(0) ? w * static_cast<S>(body.kind->radius) : S(0);
-        fastest = std::max(fastest, dt * (s.v.template head<3>().norm() + turning));
-        thinnest = std::min(thinnest, surprise(body, body));
-    }
-    if (2 * fastest < thinnest) {
-        return false;
-    }
-    // m: of what is as deep in something already it is not the hit that is to be answered.
-    constexpr S tooDeep = S(0.05);
-    bool isStruck = false;
-    for (const ProblemContact<S>& contact : problem_.contacts) {
-        const SolverBody<S>& a = problem_.bodies[static_cast<std::size_t>(contact.a)];
-        const SolverBody<S>& b = problem_.bodies[static_cast<std::size_t>(contact.b)];
-        const S depth = surprise(world_.bodies[a.index], world_.bodies[b.index]);
-        for (int k = 0; k < contact.count; ++k) {
-            const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k);
-            const S gap = problem_.points[i].separation;
-            if (gap < -tooDeep) {
-                return false;
-            }
-            const ContactGeometry<S> at = problem_.geometryOf(contact, i);
-            const Vec3<S> apart = problem_.velocityAt(contact, at);
-            isStruck = isStruck || gap + dt * apart.dot(at.direction(a.pose, b.pose)) < -depth;
-        }
-    }
-    return isStruck;
-}
-
-template <class S>
-void StepController<S>::solveUnasked(S dt, Solution& solution, NarrowCounts& narrow) {
-    const int subdivisions = state_.isCalm() ? 1 : request_.subdivisions;
-    if (island_.isLarge() || !isStruck(dt)) {
-        solveSubdivided(dt, subdivisions, solution, narrow);
-        return;
-    }
-    const StepCheckpoint<S> start(world_, island_, problem_, state_);
-    solveSubdivided(dt, subdivisions, solution, narrow);
-    gatherer_.detect(bounds(dt), narrow);
-    const bool isAffordable = 2 * solution.report.work <= maxWork_;
-    const std::vector<typename Gatherer<S>::Met> met = gatherer_.findMet(start.pairs());
-    if (isAffordable && !met.empty()) {
-        const ControllerState learnt = state_;  // of the solver's chances
-        start.restore(world_, island_, problem_, state_);
-        state_ = learnt;
-        gatherer_.foresee(met);
-        gatherer_.gatherContacts();
-        ++solution.solves;
-        solveSubdivided(dt, subdivisions, solution, narrow);
-        return;
-    }
-    gatherer_.gatherContacts();
-}
-
-template <class S>
 Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
-    // In a heap of a thousand pairs something always strikes: to find out by a first solution, as solveUnasked() does,
-    // would make its steps half as long again.
-    if (island_.isLarge() && !settles_) {
+    if (!settles_) {
         foreseeContacts<S>(world_.contacts, island_.pairs, world_.bodies, dt, request_.narrowPhase, *world_.jobs,
                            narrow);
     }
@@ -429,7 +361,7 @@ Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
     }
     Solution solution;
     if (!isAsked()) {
-        solveUnasked(dt, solution, narrow);
+        solveSubdivided(dt, state_.isCalm() ? 1 : request_.subdivisions, solution, narrow);
         gatherer_.handBack();
         return solution;
     }

@@ -98,11 +98,6 @@ private:
     // the error than the one before.
     int refinementAfter(int level, const Solution& solution, bool hasHelped) const;
     void calmDown(double over);
-    // Whether something would go deep into something else in this step if nothing held it: what it is thrown to may
-    // meet what no contact tells of.
-    bool isStruck(S dt) const;
-    // What was met on the way so is made a contact from the start, and the step done again, once.
-    void solveUnasked(S dt, Solution& solution, NarrowCounts& narrow);
     SpeculativeBounds bounds(S dt) const {
         return {request_.contactMargin, static_cast<double>(dt), request_.manifoldReuseDistance, request_.narrowPhase};
     }

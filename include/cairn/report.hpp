@@ -49,8 +49,7 @@ struct IslandReport {
     int halvings = 0;      // of a sub-step, because the solver refused one as too long
     int restarts = 0;      // of the step, because an exact solution was not found
     int subdivisions = 1;  // that the step was divided into
-    // Solutions tried: until one was within what AccuracyDef asks; where it asks nothing, a second one with the
-    // contacts that the first ran into.
+    // Solutions tried, until one was within what AccuracyDef asks.
     int solves = 1;
     double position = 0;            // m, as StepError's
     double velocity = 0;            // m/s

@@ -141,7 +141,7 @@ private:
     // second on they are 100 to 200 mm from where fine steps say, not 20). But what is deeper than anything that rests
     // goes by a third of it more in each sub-step, at a speed that is no bounce.
     static auto contactPushOut() {
-        return typename ImpulseSolver<S>::PushOut{.deepShare = 0.3, .deepFrom = 0.002, .deepSpeed = 0.1};
+        return typename ImpulseSolver<S>::PushOut{.deepShare = 0.3, .deepFrom = 0.003, .deepSpeed = 0.2};
     }
     static SolverSettings stiff(SolverSettings settings) {
         settings.def.geometricStiffness = true;
