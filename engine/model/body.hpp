@@ -37,6 +37,12 @@ struct BodyKind {
     PartTree partTree;
 
     BodyShapes shapes() const { return {def.shapes, parts, &partTree}; }
+    // m/s, that none of its points exceeds at a twist; of what has no extent as if it had a metre, so that its spin
+    // counts too.
+    S speedOfPoints(const Vec6<S>& twist) const {
+        const S arm = std::isfinite(radius) && radius > 0 ? static_cast<S>(radius) : S(1);
+        return twist.template head<3>().norm() + arm * twist.template tail<3>().norm();
+    }
 };
 
 // The order of members leaves no gaps: memory of a body is memory of ten thousand.

@@ -3,6 +3,7 @@
 #include <cairn/report.hpp>
 
 #include <limits>
+#include <type_traits>
 
 namespace cairn {
 
@@ -19,7 +20,7 @@ struct ControllerState {
     int refinement = 0;
     int calmSteps = 0;        // in which less would have done
     int slowSteps = 0;        // since the last try to settle it, in which it was slow enough for one
-    int settleAfter = 8;      // such steps; twice as many after each try
+    int settleAfter = 1;      // such steps; twice as many after each try
     bool wasResting = false;  // auto: StepPlan::rests of the last plan
     double directWork = 0;    // auto: what `direct` took lately, or would have; less from step to step
     double sweptVisits = 0;   // auto: work a row and sub-step of sweeps lately, with a factor over the joints
@@ -36,6 +37,11 @@ struct ControllerState {
         return position < goodEnough;
     }
 };
+
+// m/s, of any point of a body that was at rest: as much as a step may change its speed where it has been tried to settle
+// its island, 6e-6 m/s2. What is on the point of falling exceeds that.
+template <class S>
+constexpr S settledChange = std::is_same_v<S, double> ? S(1e-7) : S(1e-6);
 
 // What of a sub-step's answer is looked at, and answered by doing the step again: from no impulses, and if that is not
 // enough, with shorter sub-steps.

@@ -347,19 +347,40 @@ void StepController<S>::calmDown(double over) {
 }
 
 template <class S>
+bool StepController<S>::isHeldAtRest(S dt, Solution& solution, NarrowCounts& narrow) {
+    const Checkpoint<S> start(problem_);
+    const ControllerState before = state_;
+    for (SolverBody<S>& body : problem_.bodies) {
+        body.v.setZero();
+        body.vBefore.setZero();
+    }
+    solveSubdivided(dt, 1, solution, narrow);
+    const auto isStill = [&](const SolverBody<S>& s) {
+        return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= settledChange<S>;
+    };
+    // What was begun anew without settles_ found no answer.
+    if (settles_ && !(solution.error.over > 1) && std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isStill)) {
+        return true;
+    }
+    start.restore(problem_);
+    state_ = before;
+    settles_ = false;
+    return false;
+}
+
+template <class S>
 Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
     if (!settles_) {
         foreseeContacts<S>(world_.contacts, island_.pairs, world_.bodies, dt, request_.narrowPhase, *world_.jobs,
                            narrow);
     }
     gatherer_.gather();
-    if (settles_) {
-        for (SolverBody<S>& body : problem_.bodies) {
-            body.v.setZero();
-            body.vBefore.setZero();
-        }
-    }
     Solution solution;
+    if (settles_ && isHeldAtRest(dt, solution, narrow)) {
+        gatherer_.handBack();
+        solution.settles = true;
+        return solution;
+    }
     if (!isAsked()) {
         solveSubdivided(dt, state_.isCalm() ? 1 : request_.subdivisions, solution, narrow);
         gatherer_.handBack();

@@ -22,6 +22,7 @@ struct Solution {
     int restarts = 0;
     int subdivisions = 1;
     int solves = 1;
+    bool settles = false;  // it was taken to be at rest, and is
 };
 
 struct SolveRequest {
@@ -37,7 +38,7 @@ struct SolveRequest {
 template <class S>
 class StepController {
 public:
-    // settles: as StepPlan. maxWork: that all solutions together may count, as SolveReport::work.
+    // settles: it is tried whether the island is at rest. maxWork: that all solutions together may count, as SolveReport::work.
     StepController(const WorldTables<S>& world, const Island& island, Problem<S>& problem, ControllerState& state,
                    Solver<S>& solver, const SolveRequest& request, bool settles, double maxWork)
         : world_(world),
@@ -58,6 +59,9 @@ public:
     Solution step(S dt, NarrowCounts& narrow);
 
 private:
+    // Solves the step as of bodies at rest, to the last digits. False: that does not hold them, and nothing has
+    // changed.
+    bool isHeldAtRest(S dt, Solution& solution, NarrowCounts& narrow);
     void solveSubdivided(S dt, int subdivisions, Solution& solution, NarrowCounts& narrow);
     // How far the sub-steps of a subdivision have come.
     struct Course {

@@ -8,38 +8,34 @@ namespace {
 
 // m/s. What exact solutions leave of motion in a pyramid of 5000 boxes that rests is up to 2e-4.
 constexpr double slowSpeed = 5e-4;
-// m/s of a body at rest, 4 mm an hour; and how much its speed may change in a step: where it has been tried to settle
-// it, 6e-6 m/s2, which what is on the point of falling exceeds; else nothing that shows in the balance of momentum.
+// m/s of a body at rest, 4 mm an hour; and how much its speed may change in a step, if it has not been tried to settle
+// it (settledChange): nothing that shows in the balance of momentum.
 template <class S>
 constexpr S stillSpeed = std::is_same_v<S, double> ? S(1e-6) : S(1e-5);
 template <class S>
-constexpr S settledChange = std::is_same_v<S, double> ? S(1e-7) : S(1e-6);
-template <class S>
 constexpr S stillChange = std::is_same_v<S, double> ? S(1e-10) : S(1e-8);
-// Steps of a try to settle an island, each of which goes on from the forces of the last; and the longest wait for one.
-constexpr int settleSteps = 2;
+// Steps, the longest wait for a try to settle an island.
 constexpr int longestSettleAfter = 512;
 
 }  // namespace
 
 template <class S>
 RestState World<S>::Impl::restStateAfter(const Body<S>& body, const SolverBody<S>& s, bool settles, S dt) {
-    // m; of what has no extent, so that its spin counts too.
-    const S arm = std::isfinite(body.kind->radius) && body.kind->radius > 0 ? static_cast<S>(body.kind->radius) : S(1);
-    const Vec3<S> v = s.v.template head<3>();
-    const Vec3<S> w = s.v.template tail<3>();
-    // m/s, of any point of it: before, in and after the step. A try to settle it has taken it to be at rest.
-    const Vec3<S> startV = settles ? Vec3<S>(Vec3<S>::Zero()) : body.v;
-    const Vec3<S> startW = settles ? Vec3<S>(Vec3<S>::Zero()) : body.w;
-    const S turned = S(2) * (s.pose.rotation.coeffs() - body.pose.rotation.coeffs()).norm();
-    const S speed = std::max({v.norm() + arm * w.norm(), startV.norm() + arm * startW.norm(),
-                              ((s.pose.position - body.pose.position).norm() + arm * turned) / dt});
-    const S change = (v - startV).norm() + arm * (w - startW).norm();
+    Vec6<S> start = Vec6<S>::Zero();  // a try to settle it has taken it to be at rest
+    if (!settles) {
+        start << body.v, body.w;
+    }
+    Vec6<S> way;
+    way << s.pose.position - body.pose.position,
+        S(2) * (s.pose.rotation.coeffs() - body.pose.rotation.coeffs()).norm() * Vec3<S>::UnitX();
+    // m/s, of any point of it: before, in and after the step.
+    const BodyKind<S>& kind = *body.kind;
+    const S speed = std::max({kind.speedOfPoints(s.v), kind.speedOfPoints(start), kind.speedOfPoints(way) / dt});
     if (body.isPushed() || speed > static_cast<S>(slowSpeed)) {
         return RestState::Moving;
     }
     const S mayChange = settles ? settledChange<S> : stillChange<S>;
-    return speed > stillSpeed<S> || change > mayChange ? RestState::Slow : RestState::Still;
+    return speed > stillSpeed<S> || kind.speedOfPoints(s.v - start) > mayChange ? RestState::Slow : RestState::Still;
 }
 
 template <class S>
@@ -152,7 +148,7 @@ void World<S>::Impl::recallIslands(S dt) {
         state.settledSteps = 0;
         if (sameRules && maySettle(island, state, dt)) {
             ControllerState& control = state.control;
-            if (control.slowSteps + 1 == control.settleAfter + settleSteps) {
+            if (control.slowSteps == control.settleAfter) {
                 control.slowSteps = 0;
                 control.settleAfter = std::min(2 * control.settleAfter, longestSettleAfter);
             }

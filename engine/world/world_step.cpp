@@ -414,6 +414,7 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
         narrow_ += narrow;
     }
     std::swap(problem.memory, memory);
+    state.settles = state.solved.settles;
     state.control.work = state.solved.report.work;
     writeBack(problem, state, dt);
 }

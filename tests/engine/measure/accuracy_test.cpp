@@ -141,9 +141,9 @@ TEST(Accuracy, MomentumResidualCountsWhatContactsTurn) {
         for (int i = 0; i < 20; ++i) {
             residual = std::max(residual, world.step(dt).error.residualMomentum);
         }
-        // Newton's is what its tolerance leaves; of the others round-off.
+        // Newton's is what its tolerance leaves, and a try to settle takes out; of the others round-off.
         const bool isExact = solverName(solver) == "auto" || solverName(solver) == "direct";
-        expectBelow(solverName(solver) + ": residual, root J", residual, isExact ? 1.2e-7 : 1.6e-14);
+        expectBelow(solverName(solver) + ": residual, root J", residual, isExact ? 7.2e-7 : 1.6e-14);
     });
 }
 
