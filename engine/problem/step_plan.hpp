@@ -38,8 +38,8 @@ struct ControllerState {
     }
 };
 
-// m/s, of any point of a body that was at rest: as much as a step may change its speed where it has been tried to settle
-// its island, 6e-6 m/s2. What is on the point of falling exceeds that.
+// m/s, of any point of a body that was at rest: as much as a step may change its speed where it has been tried to
+// settle its island, 6e-6 m/s2. What is on the point of falling exceeds that.
 template <class S>
 constexpr S settledChange = std::is_same_v<S, double> ? S(1e-7) : S(1e-6);
 

@@ -359,7 +359,8 @@ bool StepController<S>::isHeldAtRest(S dt, Solution& solution, NarrowCounts& nar
         return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= settledChange<S>;
     };
     // What was begun anew without settles_ found no answer.
-    if (settles_ && !(solution.error.over > 1) && std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isStill)) {
+    if (settles_ && !(solution.error.over > 1) &&
+        std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isStill)) {
         return true;
     }
     start.restore(problem_);

@@ -38,7 +38,8 @@ struct SolveRequest {
 template <class S>
 class StepController {
 public:
-    // settles: it is tried whether the island is at rest. maxWork: that all solutions together may count, as SolveReport::work.
+    // settles: it is tried whether the island is at rest. maxWork: that all solutions together may count, as
+    // SolveReport::work.
     StepController(const WorldTables<S>& world, const Island& island, Problem<S>& problem, ControllerState& state,
                    Solver<S>& solver, const SolveRequest& request, bool settles, double maxWork)
         : world_(world),
