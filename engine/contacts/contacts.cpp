@@ -469,6 +469,7 @@ void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, const PairSi
     met.deeper = S(0);
     placeSeparations(met, PlacedSide<S>(a), PlacedSide<S>(b));
     pair.manifolds.push_back(std::move(met));
+    pair.made = false;
 }
 
 template void foreseeManifold(PairContacts<float>&, ContactManifold<float>, const PairSide<float>&,

@@ -239,7 +239,8 @@ bool collidePair(PairContacts<S>& pair, const PairSide<S>& a, const PairSide<S>&
 }
 
 // Takes a manifold that was found farther on the way of the bodies for a contact where they are: its points that the
-// pair does not know, of which there is one, with their separations there and no forces.
+// pair does not know, of which there is one, with their separations there and no forces. It serves until the pair is
+// looked at next, wherever that is.
 template <class S>
 void foreseeManifold(PairContacts<S>& pair, ContactManifold<S> met, const PairSide<S>& a, const PairSide<S>& b);
 

