@@ -64,7 +64,7 @@ struct StepPlan {
     bool isTruncated = false;   // auto: SubstepLimits::maxWork pays for fewer sub-steps than it would take
     bool sweepsJoints = false;  // auto: it pays for no factor over the joints
     bool rests = false;         // auto: nothing in it moves
-    bool settles = false;       // it may be at rest: solved to the last digits
+    bool settles = false;       // it may be at rest: solved as closely as serves on
     bool wasSwept = false;      // auto: sweeps have had it before, and it has no joints
     bool gapes = false;         // auto: SolveReport::gapes, from the start
     bool mayBeRefused = true;   // a sub-step of it, for a shorter one

@@ -347,7 +347,7 @@ void StepController<S>::calmDown(double over) {
 }
 
 template <class S>
-bool StepController<S>::isHeldAtRest(S dt, Solution& solution, NarrowCounts& narrow) {
+bool StepController<S>::solveAtRest(S dt, Solution& solution, NarrowCounts& narrow) {
     const Checkpoint<S> start(problem_);
     const ControllerState before = state_;
     for (SolverBody<S>& body : problem_.bodies) {
@@ -377,7 +377,7 @@ Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
     }
     gatherer_.gather();
     Solution solution;
-    if (settles_ && isHeldAtRest(dt, solution, narrow)) {
+    if (settles_ && solveAtRest(dt, solution, narrow)) {
         gatherer_.handBack();
         solution.settles = true;
         return solution;

@@ -60,9 +60,8 @@ public:
     Solution step(S dt, NarrowCounts& narrow);
 
 private:
-    // Solves the step as of bodies at rest, to the last digits. False: that does not hold them, and nothing has
-    // changed.
-    bool isHeldAtRest(S dt, Solution& solution, NarrowCounts& narrow);
+    // Solves the step as of bodies at rest. False: that does not hold them; nothing has changed, but for what it cost.
+    bool solveAtRest(S dt, Solution& solution, NarrowCounts& narrow);
     void solveSubdivided(S dt, int subdivisions, Solution& solution, NarrowCounts& narrow);
     // How far the sub-steps of a subdivision have come.
     struct Course {

@@ -62,7 +62,7 @@ struct World<S>::Impl {
         bool isFinite = true;
         int settledSteps = 0;  // one after the other, up to this one
         bool settled = false;  // in this step
-        bool settles = false;  // this step tries to settle it (StepPlan::settles)
+        bool settles = false;  // this step tries to settle it; after it: and has found it at rest
     };
     std::vector<IslandState> islandStates;  // by awake island
     bool rulesChanged = true;               // solver or accuracy, since the last step

@@ -94,9 +94,9 @@ TEST_P(StepTruth, DepthIsThatOfThePosesAtTheEndOfTheStep) {
         }
         RecordProperty(solver, std::to_string(worst));
         // m: manifolds are carried while bodies hardly move, along the normal that they had. Of edges that lie on each
-        // other that is off by the square of what they turned.
-        constexpr double ofCarried = 3e-7;
-        EXPECT_LE(worst, ofCarried) << solver << ", of a depth of up to " << deepest;
+        // other, as of dolls that sweeps leave trembling, that is off by the square of what they turned.
+        const bool hasEdges = GetParam() == "ragdoll_pile" && std::string(solver) == "gauss_seidel";
+        EXPECT_LE(worst, hasEdges ? 1.5e-7 : 1e-9) << solver << ", m, of a depth of up to " << deepest;
     }
 }
 

@@ -55,7 +55,7 @@ TEST(Impulses, ALandingAddsUpToTheMomentumOfTheFall) {
         // avbd's bodies balance to its residual: .02 % of the impulse measured.
         EXPECT_NEAR(sum, expected, (std::string(solver) == "avbd" ? 4e-4 : 1e-9) * expected + unexplained) << solver;
         if (std::string(solver) == "auto") {
-            expectBelow("N s taken by settling", unexplained, 8.2e-6);
+            expectBelow("N s taken by settling", unexplained, 4.2e-6);
         }
     }
 }
