@@ -1,6 +1,8 @@
 #include "engine/solve/kernels/dense_kernels.hpp"
 #include "base/vector_targets.hpp"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/solve/kernels/dense_kernels.cpp"
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
@@ -74,8 +76,8 @@ HWY_INLINE void subtractRows(DenseRows out, DenseView left, DenseRows right, std
 }
 
 template <bool fromZero>
-void subtractOf(DenseRows out, DenseView left, DenseRows right, std::size_t rows, std::size_t inner,
-                std::size_t columns) {
+HWY_INLINE void subtractBlock(DenseRows out, DenseView left, DenseRows right, std::size_t rows, std::size_t inner,
+                              std::size_t columns) {
     constexpr std::size_t tile = 4;
     std::size_t r = 0;
     for (; r + tile <= rows; r += tile) {
@@ -86,6 +88,55 @@ void subtractOf(DenseRows out, DenseView left, DenseRows right, std::size_t rows
     for (; r < rows; ++r) {
         subtractRows<1, fromZero>({out.at + r * out.rowStep, out.rowStep},
                                   {left.at + r * left.rowStep, left.rowStep, left.columnStep}, right, inner, columns);
+    }
+}
+
+// In blocks of `right` that stay in the first cache, packed, while all rows are summed: sums go on where the last block
+// left them.
+template <bool fromZero>
+void subtractOf(DenseRows out, DenseView left, DenseRows right, std::size_t rows, std::size_t inner,
+                std::size_t columns) {
+    constexpr std::size_t deep = 64;
+    constexpr std::size_t wide = 48;
+    constexpr std::size_t worthPacking = 24;  // of `inner` and `rows`
+    if (inner < worthPacking || rows < worthPacking) {
+        subtractBlock<fromZero>(out, left, right, rows, inner, columns);
+        return;
+    }
+    alignas(64) double room[deep * wide];
+    const DenseRows packed{room, wide};
+    for (std::size_t c = 0; c < columns; c += wide) {
+        const std::size_t width = std::min(wide, columns - c);
+        const DenseRows to{out.at + c, out.rowStep};
+        for (std::size_t l = 0; l < inner; l += deep) {
+            const std::size_t depth = std::min(deep, inner - l);
+            for (std::size_t k = 0; k < depth; ++k) {
+                std::copy_n(right.at + (l + k) * right.rowStep + c, width, room + k * wide);
+            }
+            const DenseView from{left.at + l * left.columnStep, left.rowStep, left.columnStep};
+            if (l == 0) {
+                subtractBlock<fromZero>(to, from, packed, rows, depth, width);
+            } else {
+                subtractBlock<false>(to, from, packed, rows, depth, width);
+            }
+        }
+    }
+}
+
+// The columns of `term` lie side by side.
+void add(DenseRows out, DenseView term, std::size_t rows, std::size_t columns) {
+    const Lanes d;
+    const std::size_t width = hn::Lanes(d);
+    for (std::size_t r = 0; r < rows; ++r) {
+        double* to = out.at + r * out.rowStep;
+        const double* from = term.at + r * term.rowStep;
+        std::size_t c = 0;
+        for (; c + width <= columns; c += width) {
+            hn::StoreU(hn::Add(hn::LoadU(d, to + c), hn::LoadU(d, from + c)), d, to + c);
+        }
+        for (; c < columns; ++c) {
+            to[c] += from[c];
+        }
     }
 }
 
@@ -133,7 +184,7 @@ void subtractDots(double* out, DenseRows matrix, const double* x, std::size_t ro
 }
 
 DenseKernels kernels() {
-    return {hwy::TargetName(HWY_TARGET), subtractOf<false>, subtractOf<true>, subtractDots};
+    return {hwy::TargetName(HWY_TARGET), subtractOf<false>, subtractOf<true>, add, subtractDots};
 }
 
 }  // namespace HWY_NAMESPACE

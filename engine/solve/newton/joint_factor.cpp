@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 
 namespace cairn {
 namespace {
@@ -59,6 +60,12 @@ bool JointFactor::analyse(const Graph& graph, const std::vector<int>& counts, st
             }
         }
     }
+    std::stable_sort(sums_.begin(), sums_.end(), [](const Sum& a, const Sum& b) { return a.row < b.row; });
+    sumsOf_.assign(graph_.size() + 1, 0);
+    for (const Sum& sum : sums_) {
+        ++sumsOf_[static_cast<std::size_t>(sum.row) + 1];
+    }
+    std::partial_sum(sumsOf_.begin(), sumsOf_.end(), sumsOf_.begin());
     isSparse_ = factor_.analyse(counts_, edges, maxWork);
     return isSparse_;
 }

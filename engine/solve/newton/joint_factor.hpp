@@ -2,6 +2,8 @@
 // Elimination over joints: the factor of a matrix with a block for each two joints that share a moving body.
 #include "engine/solve/newton/sparse_factor.hpp"
 
+#include <span>
+
 namespace cairn {
 
 class JointFactor {
@@ -25,21 +27,25 @@ public:
     double work() const { return factor_.work(); }  // block multiply-adds of one factor()
 
     void setZero(const Rows& active);
-    const std::vector<Sum>& sums() const { return sums_; }
+    // Those whose row is that joint: of two joints nothing is added to the same block.
+    std::span<const Sum> sumsOf(std::size_t joint) const {
+        return {sums_.data() + sumsOf_[joint], sums_.data() + sumsOf_[joint + 1]};
+    }
     SparseFactor::Block block(const Sum& sum);
     SparseFactor::Block diagonal(std::size_t joint) { return factor_.diagonal(static_cast<int>(joint)); }
     // Turns the matrix into its factor. False: it is singular.
-    bool factor() { return factor_.factor(); }
+    bool factor(JobSystem* jobs) { return factor_.factor(jobs); }
     // The right-hand side at the active rows of a joint, to be written; the solution there after substitute().
     double* right(std::size_t joint) { return factor_.right(static_cast<int>(joint)); }
-    void substitute() { factor_.substitute(); }
+    void substitute(JobSystem* jobs) { factor_.substitute(jobs); }
 
 private:
     SparseFactor::Kind kind_;
     SparseFactor factor_;
     Graph graph_;
     std::vector<int> counts_;
-    std::vector<Sum> sums_;
+    std::vector<Sum> sums_;            // by row
+    std::vector<std::size_t> sumsOf_;  // of each joint, the first of them, and their end
     bool isSparse_ = false;
     std::vector<int> active_;  // scratch
 };

@@ -288,20 +288,22 @@ void JointNewton<S>::stiffen(double h) {
 
 // Solves for the change of the active rows' impulses and adds it, and what it does to the twists.
 template <class S>
-bool JointNewton<S>::newtonStep() {
+bool JointNewton<S>::newtonStep(const Problem<S>& problem) {
     factor_.setZero(active_);
-    for (const JointFactor::Sum& sum : factor_.sums()) {
-        const SparseFactor::Block out = factor_.block(sum);
-        const std::vector<int>& rowsOfColumn = active_[at(sum.column)];
-        for (std::size_t r = 0; r < active_[at(sum.row)].size(); ++r) {
-            const JointRow& row = rows_[at(active_[at(sum.row)][r])];
-            const Vec6<double>& end = sum.rowIsB ? row.endB : row.endA;
-            for (std::size_t c = 0; c < rowsOfColumn.size(); ++c) {
-                const JointRow& column = rows_[at(rowsOfColumn[c])];
-                out(r, c) += end.dot(sum.columnIsB ? column.giveB : column.giveA);
+    problem.forEach(graph_.size(), [&](std::size_t k) {
+        for (const JointFactor::Sum& sum : factor_.sumsOf(k)) {
+            const SparseFactor::Block out = factor_.block(sum);
+            const std::vector<int>& rowsOfColumn = active_[at(sum.column)];
+            for (std::size_t r = 0; r < active_[k].size(); ++r) {
+                const JointRow& row = rows_[at(active_[k][r])];
+                const Vec6<double>& end = sum.rowIsB ? row.endB : row.endA;
+                for (std::size_t c = 0; c < rowsOfColumn.size(); ++c) {
+                    const JointRow& column = rows_[at(rowsOfColumn[c])];
+                    out(r, c) += end.dot(sum.columnIsB ? column.giveB : column.giveA);
+                }
             }
         }
-    }
+    });
     moved_.resize(bodies_.size());
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         const JointBody& body = bodies_[i];
@@ -323,10 +325,10 @@ bool JointNewton<S>::newtonStep() {
             right[r] = -row.u - row.endA.dot(a) - row.endB.dot(b);
         }
     }
-    if (!factor_.factor()) {
+    if (!factor_.factor(problem.jobs)) {
         return false;
     }
-    factor_.substitute();
+    factor_.substitute(problem.jobs);
     for (std::size_t k = 0; k < active_.size(); ++k) {
         Vec6<double>& a = moved_[at(endBlocks_[k].a)];
         Vec6<double>& b = moved_[at(endBlocks_[k].b)];
@@ -420,7 +422,7 @@ bool JointNewton<S>::solve(Problem<S>& problem, S h, const JointNewtonOptions& o
         ++report.newtonIterations;
         ++report.factorisations;
         report.work += visitsOfProduct * factor_.work();
-        return newtonStep();
+        return newtonStep(problem);
     };
     for (int iteration = 0; !found && iteration < maxIterations && step(); ++iteration) {
         evaluate(problem, h);

@@ -90,7 +90,7 @@ private:
     bool isSettled(double h, const JointNewtonOptions& options) const;
     void chooseActive();
     void stiffen(double h);
-    bool newtonStep();
+    bool newtonStep(const Problem<S>& problem);
     void sumUp(const Problem<S>& problem);
 
     JointFactor factor_{SparseFactor::Kind::General};

@@ -182,7 +182,7 @@ bool ContactNewton<S>::factorise(const Problem<S>& problem, const std::vector<S>
     assemble(problem, factored_ && isOfProblem_ && linearSolver_ == LinearSolver::Factor);
     ++report.factorisations;
     system.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;
-    factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor() : diagonal_.invert();
+    factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor(problem.jobs) : diagonal_.invert();
     isOfProblem_ = factored_;
     changedNodes_.clear();
     factoredPoses_.clear();
@@ -363,7 +363,7 @@ void ContactNewton<S>::newtonStep(const Problem<S>& problem, std::vector<Vec6<S>
         for (std::size_t n = 0; n < g.size(); ++n) {
             Eigen::Map<Vec6<double>>(factor_.right(static_cast<int>(n))) = g[n].template cast<double>();
         }
-        factor_.substitute();
+        factor_.substitute(problem.jobs);
         for (std::size_t n = 0; n < g.size(); ++n) {
             g[n] = Eigen::Map<const Vec6<double>>(factor_.right(static_cast<int>(n))).template cast<S>();
         }

@@ -6,31 +6,43 @@
 
 namespace cairn {
 
-void SparseFactor::substitute() {
-    for (const Supernode& s : supernodes_) {
-        if (s.isThree) {
-            substituteThreeForward(s);
-        } else if (isSmall(s)) {
-            substituteFewForward(s);
-        } else {
-            substituteForward(s);
+void SparseFactor::substitute(JobSystem* jobs) {
+    if (!isShared(jobs)) {
+        for (const Supernode& s : supernodes_) {
+            substituteForward(s, s.laterEnd);
         }
-    }
-    for (std::size_t i = supernodes_.size(); i-- > 0;) {
-        const Supernode& s = supernodes_[i];
-        if (s.isThree) {
-            substituteThreeBackward(s);
-        } else if (isSmall(s)) {
-            substituteFewBackward(s);
-        } else {
-            substituteBackward(s);
+        for (std::size_t k = supernodes_.size(); k-- > 0;) {
+            substituteBackward(supernodes_[k]);
         }
+        return;
     }
+    parallelFor(*jobs, branches_.size(), 1, [&](std::size_t branch) {
+        for (std::size_t k = branches_[branch].begin; k < branches_[branch].end; ++k) {
+            substituteForward(supernodes_[k], supernodes_[k].laterInBranch);
+        }
+    });
+    parallelFor(*jobs, supernodes_.size() - trunk_, 1, [&](std::size_t k) {
+        for (std::size_t i = trunkUpdatesOf_[k]; i < trunkUpdatesOf_[k + 1]; ++i) {
+            const Group& group = groups_[trunkUpdates_[i].group];
+            takeOff(supernodes_[trunkUpdates_[i].source], group.begin, group.end);
+        }
+    });
+    for (std::size_t k = trunk_; k < supernodes_.size(); ++k) {
+        substituteForward(supernodes_[k], supernodes_[k].laterEnd);
+    }
+    for (std::size_t k = supernodes_.size(); k-- > trunk_;) {
+        substituteBackward(supernodes_[k]);
+    }
+    parallelFor(*jobs, branches_.size(), 1, [&](std::size_t branch) {
+        for (std::size_t k = branches_[branch].end; k-- > branches_[branch].begin;) {
+            substituteBackward(supernodes_[k]);
+        }
+    });
 }
 
-void SparseFactor::takeOwn(const Supernode& s, double* scaled) {
-    double* x = right_.data() + xOf_[at(s.begin)];
-    for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
+void SparseFactor::substituteForward(const Supernode& s, std::size_t laterEnd) {
+    double* const x = right_.data() + s.x;
+    for (std::size_t place = at(s.begin); place + 1 < at(s.end); ++place) {
         const std::size_t row = rowOf_[place];
         withRows(count_[place], [&](auto own) {
             for (std::size_t r = row + own; r < s.m; ++r) {
@@ -39,41 +51,62 @@ void SparseFactor::takeOwn(const Supernode& s, double* scaled) {
                     x[r] -= left[c] * x[row + c];
                 }
             }
-            if (kind_ == Kind::Positive) {
-                multiply(pivotOf(s, place), x + row, own, scaled + row);
-            } else {
-                for (std::size_t r = 0; r < own; ++r) {
-                    scaled[row + r] = x[row + r];
-                }
-            }
         });
+    }
+    takeOff(s, s.later, laterEnd);
+}
+
+void SparseFactor::takeOff(const Supernode& s, std::size_t begin, std::size_t end) {
+    if (begin == end) {
+        return;
+    }
+    if (s.isThree) {
+        takeOffByThree(s, begin, end);
+    } else if (isSmall(s)) {
+        takeOffByFew(s, begin, end);
+    } else {
+        takeOffByMany(s, begin, end);
     }
 }
 
-void SparseFactor::substituteForward(const Supernode& s) {
-    scaled_.resize(std::max(scaled_.size(), s.m));
-    takeOwn(s, scaled_.data());
-    product_.resize(std::max(product_.size(), s.step));
-    double* panel = matrix_.data() + (kind_ == Kind::Positive ? s.upper : s.lower);
-    denseKernels().negativeProduct({product_.data(), s.step}, {scaled_.data(), 0, 1}, {panel, s.step}, 1, s.m, s.step);
-    for (std::size_t k = s.later; k < s.laterEnd; ++k) {
-        const std::size_t place = at(later_[k]);
-        for (std::size_t c = 0; c < count_[place]; ++c) {
-            right_[xOf_[place] + c] += product_[laterRow_[k] + c];
+void SparseFactor::scaleOwn(const Supernode& s, double* scaled) {
+    const double* const x = right_.data() + s.x;
+    if (kind_ == Kind::General) {
+        std::copy_n(x, s.m, scaled);
+        return;
+    }
+    for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
+        const std::size_t row = rowOf_[place];
+        withRows(count_[place], [&](auto own) { multiply(pivotOf(s, place), x + row, own, scaled + row); });
+    }
+}
+
+void SparseFactor::takeOffByMany(const Supernode& s, std::size_t begin, std::size_t end) {
+    std::vector<double>& scaled = scratch().scaled;
+    scaled.resize(std::max(scaled.size(), s.m));
+    scaleOwn(s, scaled.data());
+    const std::size_t first = laterRow_[begin];
+    const std::size_t columns = padded(laterRowAfter(s, end) - first);
+    std::vector<double>& product = scratch().product;
+    product.resize(std::max(product.size(), columns));
+    double* panel = matrix_.data() + (kind_ == Kind::Positive ? s.upper : s.lower) + first;
+    denseKernels().negativeProduct({product.data(), columns}, {scaled.data(), 0, 1}, {panel, s.step}, 1, s.m, columns);
+    for (std::size_t k = begin; k < end; ++k) {
+        for (std::size_t c = 0; c < count_[at(later_[k])]; ++c) {
+            right_[laterX_[k] + c] += product[laterRow_[k] - first + c];
         }
     }
 }
 
-void SparseFactor::substituteFewForward(const Supernode& s) {
+void SparseFactor::takeOffByFew(const Supernode& s, std::size_t begin, std::size_t end) {
     std::array<double, maxRows> scaled;
-    takeOwn(s, scaled.data());
+    scaleOwn(s, scaled.data());
     const double* panel = matrix_.data() + (kind_ == Kind::Positive ? s.upper : s.lower);
-    for (std::size_t k = s.later; k < s.laterEnd; ++k) {
-        const std::size_t place = at(later_[k]);
+    for (std::size_t k = begin; k < end; ++k) {
         const double* block = panel + laterRow_[k];
-        double* x = right_.data() + xOf_[place];
+        double* x = right_.data() + laterX_[k];
         withRows(s.m, [&](auto rows) {
-            for (std::size_t c = 0; c < count_[place]; ++c) {
+            for (std::size_t c = 0; c < count_[at(later_[k])]; ++c) {
                 double sum = 0;
                 for (std::size_t r = 0; r < rows; ++r) {
                     sum -= scaled[r] * block[r * s.step + c];
@@ -84,16 +117,44 @@ void SparseFactor::substituteFewForward(const Supernode& s) {
     }
 }
 
+void SparseFactor::takeOffByThree(const Supernode& s, std::size_t begin, std::size_t end) {
+    const double* x = right_.data() + s.x;
+    std::array<double, 3> scaled = {x[0], x[1], x[2]};
+    const double* panel = matrix_.data() + s.lower;
+    if (kind_ == Kind::Positive) {
+        multiply({matrix_.data() + s.pivot, 3}, x, Three(), scaled.data());
+        panel = matrix_.data() + s.upper;
+    }
+    for (std::size_t k = begin; k < end; ++k) {
+        const double* block = panel + laterRow_[k];
+        double* to = right_.data() + laterX_[k];
+        for (std::size_t c = 0; c < 3; ++c) {
+            to[c] += -scaled[0] * block[c] - scaled[1] * block[s.step + c] - scaled[2] * block[2 * s.step + c];
+        }
+    }
+}
+
 void SparseFactor::substituteBackward(const Supernode& s) {
+    if (s.isThree) {
+        substituteThreeBackward(s);
+    } else if (isSmall(s)) {
+        substituteFewBackward(s);
+    } else {
+        substituteManyBackward(s);
+    }
+}
+
+void SparseFactor::substituteManyBackward(const Supernode& s) {
     const auto& subtractDots = denseKernels().subtractDots;
     double* x = right_.data() + xOf_[at(s.begin)];
-    product_.resize(std::max(product_.size(), s.step));
-    std::fill_n(product_.begin(), s.step, 0.0);
+    std::vector<double>& product = scratch().product;
+    product.resize(std::max(product.size(), s.step));
+    std::fill_n(product.begin(), s.step, 0.0);
     for (std::size_t k = s.later; k < s.laterEnd; ++k) {
         std::copy_n(right_.begin() + static_cast<std::ptrdiff_t>(laterX_[k]), count_[at(later_[k])],
-                    product_.begin() + static_cast<std::ptrdiff_t>(laterRow_[k]));
+                    product.begin() + static_cast<std::ptrdiff_t>(laterRow_[k]));
     }
-    subtractDots(x, {matrix_.data() + s.upper, s.step}, product_.data(), s.m, s.step);
+    subtractDots(x, {matrix_.data() + s.upper, s.step}, product.data(), s.m, s.step);
     for (std::size_t place = at(s.end); place-- > at(s.begin);) {
         const std::size_t row = rowOf_[place];
         const std::size_t next = row + count_[place];
@@ -127,22 +188,6 @@ void SparseFactor::substituteFewBackward(const Supernode& s) {
             }
             multiply(pivot, x + row, count, x + row);
         });
-    }
-}
-
-void SparseFactor::substituteThreeForward(const Supernode& s) {
-    const double* x = right_.data() + s.x;
-    std::array<double, 3> scaled = {x[0], x[1], x[2]};
-    const double* block = matrix_.data() + s.lower;
-    if (kind_ == Kind::Positive) {
-        multiply({matrix_.data() + s.pivot, 3}, x, Three(), scaled.data());
-        block = matrix_.data() + s.upper;
-    }
-    for (std::size_t k = s.later; k < s.laterEnd; ++k, block += 3) {
-        double* to = right_.data() + laterX_[k];
-        for (std::size_t c = 0; c < 3; ++c) {
-            to[c] += -scaled[0] * block[c] - scaled[1] * block[s.step + c] - scaled[2] * block[2 * s.step + c];
-        }
     }
 }
 

@@ -1,4 +1,5 @@
 // The sparse factor against dense elimination, and the vector kernels that it works with against plain sums.
+#include "base/parallel.hpp"
 #include "engine/solve/kernels/dense_kernels.hpp"
 #include "engine/solve/newton/joint_factor.hpp"
 #include "tests/engine/dense.hpp"
@@ -122,7 +123,7 @@ TEST(SparseFactor, AgreesWithDense) {
 
 constexpr int side = 12;
 
-std::vector<Edge> gridEdges() {
+std::vector<Edge> gridEdges(int side) {
     std::vector<Edge> edges;
     for (int i = 0; i < side * side; ++i) {
         if (i % side > 0) {
@@ -136,7 +137,7 @@ std::vector<Edge> gridEdges() {
 }
 
 TEST(SparseFactor, OfAGridOfManySupernodesAgreesWithDense) {
-    const std::vector<Edge> edges = gridEdges();
+    const std::vector<Edge> edges = gridEdges(side);
     TestRandom random(2);
     const std::vector<int> rows(side * side, 3);
     for (const Kind kind : {Kind::Positive, Kind::General}) {
@@ -221,7 +222,7 @@ std::vector<double> solutionOf(SparseFactor& factor) {
 }
 
 TEST(SparseFactor, BroughtUpToDateIsTheSameToTheBit) {
-    const std::vector<Edge> edges = gridEdges();
+    const std::vector<Edge> edges = gridEdges(side);
     const std::vector<int> rows(side * side, 3);
     TestRandom random(4);
     for (const Kind kind : {Kind::Positive, Kind::General}) {
@@ -249,6 +250,93 @@ TEST(SparseFactor, BroughtUpToDateIsTheSameToTheBit) {
             EXPECT_EQ(solutionOf(factor), solutionOf(anew));
             EXPECT_NE(solutionOf(factor), before);
         }
+    }
+}
+
+// A grid of so many nodes a side, three rows each, dominated by its diagonal; its blocks are made of sines.
+class LargeGrid {
+public:
+    static constexpr int size = 60;
+
+    LargeGrid(Kind kind, std::shared_ptr<JobSystem> jobs)
+        : kind_(kind), jobs_(std::move(jobs)), edges_(gridEdges(size)), factor_(kind) {
+        EXPECT_TRUE(factor_.analyse(rows(), edges_, 1e9));
+        factor_.setZero(rows());
+        for (int i = 0; i < size * size; ++i) {
+            add(factor_.diagonal(i), 12 * Eigen::Matrix3d::Identity());
+        }
+        for (std::size_t e = 0; e < edges_.size(); ++e) {
+            add(factor_.edge(e), block(e, 0));
+            if (kind == Kind::General) {
+                add(factor_.transposedEdge(e), block(e, 1));
+            }
+        }
+    }
+    // Of whose pivots none will do.
+    void spoil(int node) { add(factor_.diagonal(node), -12 * Eigen::Matrix3d::Identity()); }
+    bool factor() { return factor_.factor(jobs_.get()); }
+    DenseVector solve(const DenseVector& right) {
+        for (int i = 0; i < size * size; ++i) {
+            std::copy_n(right.data() + 3 * i, 3, factor_.right(i));
+        }
+        factor_.substitute(jobs_.get());
+        DenseVector x(right.size());
+        for (int i = 0; i < size * size; ++i) {
+            std::copy_n(factor_.right(i), 3, x.data() + 3 * i);
+        }
+        return x;
+    }
+    DenseVector product(const DenseVector& x) const {
+        DenseVector y = 12.0 * x;
+        for (std::size_t e = 0; e < edges_.size(); ++e) {
+            const int i = 3 * edges_[e][0];
+            const int j = 3 * edges_[e][1];
+            y.segment<3>(i) += block(e, 0) * x.segment<3>(j);
+            y.segment<3>(j) +=
+                (kind_ == Kind::General ? block(e, 1) : Eigen::Matrix3d(block(e, 0).transpose())) * x.segment<3>(i);
+        }
+        return y;
+    }
+    double work() const { return factor_.work(); }
+
+private:
+    static std::vector<int> rows() { return std::vector<int>(static_cast<std::size_t>(size) * size, 3); }
+    static Eigen::Matrix3d block(std::size_t edge, int which) {
+        return Eigen::Matrix3d::NullaryExpr([&](Eigen::Index r, Eigen::Index c) {
+            return std::sin(static_cast<double>(edge) + 0.7 * static_cast<double>(r) - 1.3 * static_cast<double>(c) +
+                            2.1 * which);
+        });
+    }
+
+    Kind kind_;
+    std::shared_ptr<JobSystem> jobs_;
+    std::vector<Edge> edges_;
+    SparseFactor factor_;
+};
+
+TEST(SparseFactor, SharedByThreadsIsRightAndTheSameToTheBit) {
+    const DenseVector right = DenseVector::NullaryExpr(
+        3 * LargeGrid::size * LargeGrid::size, [](Eigen::Index i) { return std::cos(0.3 * static_cast<double>(i)); });
+    for (const Kind kind : {Kind::Positive, Kind::General}) {
+        LargeGrid alone(kind, nullptr);
+        EXPECT_GT(alone.work(), 2e4) << "or threads would not share it";
+        ASSERT_TRUE(alone.factor());
+        const DenseVector x = alone.solve(right);
+        expectBelow("large grid, relative residual", (alone.product(x) - right).norm() / right.norm(), 4e-16);
+        for (const int threads : {2, 3}) {
+            LargeGrid shared(kind, newJobSystem(threads));
+            ASSERT_TRUE(shared.factor());
+            EXPECT_EQ(shared.solve(right), x) << threads << " threads";
+        }
+    }
+}
+
+TEST(SparseFactor, SharedByThreadsRefusesWhatIsSingularWherever) {
+    // Of the first node, which is at a leaf, and of one in the midst of the grid, which is in the trunk.
+    for (const int node : {0, LargeGrid::size * LargeGrid::size / 2 + LargeGrid::size / 2}) {
+        LargeGrid shared(Kind::Positive, newJobSystem(2));
+        shared.spoil(node);
+        EXPECT_FALSE(shared.factor()) << "node " << node;
     }
 }
 
@@ -292,9 +380,10 @@ TEST(SparseFactor, OfAChainIsLinear) {
 
 TEST(DenseKernels, EverySetOfInstructionsHasTheSameBits) {
     TestRandom random(3);
+    constexpr std::array<std::array<std::size_t, 2>, 7> shapes{
+        {{1, 9}, {3, 9}, {4, 9}, {6, 9}, {11, 9}, {25, 70}, {30, 24}}};
     for (const std::size_t columns : {1, 3, 7, 8, 13, 16, 37, 64, 150}) {
-        for (const std::size_t rows : {1, 3, 4, 6, 11}) {
-            constexpr std::size_t inner = 9;
+        for (const auto& [rows, inner] : shapes) {
             const std::size_t step = columns + 5;
             const Dense left = randomMatrix(random, static_cast<int>(inner), static_cast<int>(rows));
             const Dense out = randomMatrix(random, static_cast<int>(step), static_cast<int>(rows));
@@ -329,6 +418,12 @@ TEST(DenseKernels, EverySetOfInstructionsHasTheSameBits) {
                                         inner, columns);
                 const int written = static_cast<int>(columns);
                 EXPECT_EQ(unread.topRows(written), fromZeros.topRows(written)) << kernels.target;
+                mine = out;
+                kernels.add({mine.data(), step}, {right.data(), step, 1}, std::min(rows, inner), columns);
+                const int added = static_cast<int>(std::min(rows, inner));
+                EXPECT_EQ(mine.topLeftCorner(written, added),
+                          out.topLeftCorner(written, added) + right.topLeftCorner(written, added))
+                    << kernels.target;
                 sums.emplace_back(DenseVector::Zero(static_cast<int>(inner)));
                 kernels.subtractDots(sums.back().data(), {right.data(), step}, x.data(), inner, columns);
                 EXPECT_EQ(sums.back(), sums.front()) << kernels.target << ' ' << columns;
