@@ -143,31 +143,40 @@ void Problem<S>::linearizeCompact(bool placesContacts) {
 template <class S>
 void Problem<S>::linearize() {
     linearizeCompact();
-    rows.reserve(rows.size() + 3 * points.size());
-    blocks.reserve(blocks.size() + points.size());
+    blocks.resize(blocks.size() + points.size());
     contactOfPoint_.resize(points.size());
+    int end = static_cast<int>(rows.size());
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const ProblemContact<S>& contact = contacts[c];
-        for (std::size_t i = static_cast<std::size_t>(contact.firstPoint);
-             i < static_cast<std::size_t>(contact.firstPoint + contact.count); ++i) {
-            const ProblemPoint<S>& point = points[i];
-            contactOfPoint_[i] = static_cast<int>(c);
-            RowBlock<S>& block = blocks.emplace_back();
-            writeRows(contact, i, rows, block);
-            Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
-            row[0].lambda = point.normalForce;
-            for (int t = 1; t < block.count; ++t) {
-                row[t].lambda = point.friction.dot(row[t].b.template head<3>());
-            }
+        for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
+            contactOfPoint_[static_cast<std::size_t>(i)] = static_cast<int>(c);
+            RowBlock<S>& block = blocks[static_cast<std::size_t>(jointBlocks + i)];
+            block.first = end;
+            end += contact.hasFriction() ? 3 : 1;
         }
     }
+    rows.resize(static_cast<std::size_t>(end));
+    forEach(points.size(), [&](std::size_t i) {
+        static thread_local std::vector<Row<S>> written;
+        written.clear();
+        RowBlock<S>& block = blocks[static_cast<std::size_t>(jointBlocks) + i];
+        const int first = block.first;
+        writeRows(contacts[static_cast<std::size_t>(contactOfPoint_[i])], i, written, block);
+        block.first = first;
+        const ProblemPoint<S>& point = points[i];
+        written[0].lambda = point.normalForce;
+        for (std::size_t t = 1; t < written.size(); ++t) {
+            written[t].lambda = point.friction.dot(written[t].b.template head<3>());
+        }
+        std::copy(written.begin(), written.end(), rows.begin() + first);
+    });
     respond();
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    forEach(points.size(), [&](std::size_t i) {
         const RowBlock<S>& block = blocks[static_cast<std::size_t>(jointBlocks) + i];
         for (int r = 0; r < block.count; ++r) {
             contactRows[i].delassus[r] = responses[static_cast<std::size_t>(block.first + r)].delassus;
         }
-    }
+    });
 }
 
 template <class S>
@@ -463,7 +472,7 @@ void Problem<S>::storeLambda(S h) {
     storeJointLambda(h);
     resizeClosely(pointGiven_, points.size());
     resizeClosely(forces_, points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    forEach(points.size(), [&](std::size_t i) {
         const RowBlock<S>& block = blocks[static_cast<std::size_t>(jointBlocks) + i];
         const Row<S>* row = &rows[static_cast<std::size_t>(block.first)];
         Vec3<S> friction = Vec3<S>::Zero();
@@ -474,7 +483,7 @@ void Problem<S>::storeLambda(S h) {
         keepForces(i, row[0].lambda, friction);
         forces_[i] = force;
         pointGiven_[i] += {h * force, h * row[0].lambda};
-    }
+    });
 }
 
 template <class S>

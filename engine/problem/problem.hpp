@@ -294,6 +294,36 @@ struct Problem {
             visit(next);
         }
     }
+    // Calls visit(contact) for `contacts` in their order, but for those of a colour, as forJointBlocks().
+    template <class Visit>
+    void forContactsApart(const Visit& visit) const {
+        std::size_t begin = 0;
+        for (std::size_t k = 0; k + 1 < contactColours.size(); ++k) {
+            const std::size_t end = contactColours[k];
+            forEach(end - begin, [&](std::size_t i) { visit(contacts[begin + i]); });
+            begin = end;
+        }
+        for (; begin < contacts.size(); ++begin) {
+            visit(contacts[begin]);
+        }
+    }
+    // Calls visit(k) for all `blocks`, where contact points have some, likewise.
+    template <class Visit>
+    void forBlocksApart(const Visit& visit) const {
+        if (jobs == nullptr) {
+            for (std::size_t k = 0; k < blocks.size(); ++k) {
+                visit(k);
+            }
+            return;
+        }
+        forJointBlocks(visit);
+        forContactsApart([&](const ProblemContact<S>& contact) {
+            const std::size_t first = static_cast<std::size_t>(jointBlocks + contact.firstPoint);
+            for (std::size_t k = first; k < first + static_cast<std::size_t>(contact.count); ++k) {
+                visit(k);
+            }
+        });
+    }
     // Sums part(begin, end) over [0, count): the same bits for any number of threads.
     template <class T, class Part>
     T sum(std::size_t count, T zero, Part&& part) const {

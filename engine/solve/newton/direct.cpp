@@ -181,7 +181,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
 void fillSystem(const Problem<double>& problem, ContactNewton<double>& newton, const SolverSettings& settings,
                 double band, double gentle, double h) {
     RowSystem<double>& system = newton.system;
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
         const RowBlock<double>& block = problem.blocks[k];
         system.friction[k] = frictionCoefficient(problem, block);
         for (int r = 0; r < block.count; ++r) {
@@ -201,7 +201,7 @@ void fillSystem(const Problem<double>& problem, ContactNewton<double>& newton, c
             double* p = &system.p[static_cast<std::size_t>(block.first)];
             ontoDisc(system.friction[k] * p[0], p[1], p[2]);
         }
-    }
+    });
     for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
         newton.vStar[i] = problem.bodies[i].v;
     }

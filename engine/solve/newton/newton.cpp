@@ -4,36 +4,51 @@
 #include <algorithm>
 
 namespace cairn {
+namespace {
+
+template <class S>
+struct Greatest {
+    S value = 0;
+    void operator+=(const Greatest& other) { value = std::max(value, other.value); }
+};
+
+}  // namespace
 
 template <class S>
 void ContactNewton<S>::rowVelocities(const Problem<S>& problem, const std::vector<Vec6<S>>& twist,
                                      std::vector<S>& out) const {
     out.resize(problem.rows.size());
-    for (const RowBlock<S>& block : problem.blocks) {
+    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
+        const RowBlock<S>& block = problem.blocks[k];
         for (int i = block.first; i < block.first + block.count; ++i) {
-            out[at(i)] = rowDot(problem.rows[at(i)], block, [&](int k) -> const Vec6<S>& { return twist[at(k)]; });
+            out[at(i)] =
+                rowDot(problem.rows[at(i)], block, [&](int body) -> const Vec6<S>& { return twist[at(body)]; });
         }
-    }
+    });
 }
 
 template <class S>
 void ContactNewton<S>::momentumVelocity(const Problem<S>& problem) {
     std::vector<Vec6<S>>& impulse = step_;
     impulse.assign(problem.bodies.size(), Vec6<S>::Zero());
-    for (const RowBlock<S>& block : problem.blocks) {
+    problem.forBlocksApart([&](std::size_t b) {
+        const RowBlock<S>& block = problem.blocks[b];
         for (int k = 0; k < block.bodyCount(); ++k) {
+            if (problem.bodies[at(block.body(k))].fixed) {
+                continue;
+            }
             Vec6<S>& sum = impulse[at(block.body(k))];
             for (int i = block.first; i < block.first + block.count; ++i) {
                 sum += bodyGradient(problem.rows[at(i)], block, k) * system.p[at(i)];
             }
         }
-    }
-    for (std::size_t i = 0; i < system.v.size(); ++i) {
+    });
+    problem.forEach(system.v.size(), [&](std::size_t i) {
         system.v[i] = vStar[i];
         if (!problem.bodies[i].fixed) {
             system.v[i] += problem.bodies[i].applyInverseMass(impulse[i]);
         }
-    }
+    });
 }
 
 // u already holds the bias.
@@ -41,7 +56,7 @@ template <class S>
 void ContactNewton<S>::respond(const Problem<S>& problem, const std::vector<S>& u, std::vector<S>& impulse) {
     impulse.resize(u.size());
     y_.resize(u.size());
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
         const RowBlock<S>& block = problem.blocks[k];
         for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
             const RowTerms<S>& t = system.terms[i];
@@ -55,18 +70,19 @@ void ContactNewton<S>::respond(const Problem<S>& problem, const std::vector<S>& 
             impulse[i + 1] = p.y();
             impulse[i + 2] = p.z();
         }
-    }
+    });
 }
 
 template <class S>
 S ContactNewton<S>::gradient(const Problem<S>& problem, const std::vector<S>& impulse,
                              std::vector<Vec6<S>>& out) const {
-    out.assign(bodyOfNode_.size(), Vec6<S>::Zero());
-    for (std::size_t n = 0; n < out.size(); ++n) {
+    out.resize(bodyOfNode_.size());
+    problem.forEach(out.size(), [&](std::size_t n) {
         const std::size_t body = at(bodyOfNode_[n]);
         out[n] = problem.bodies[body].applyMass(system.v[body] - vStar[body]);
-    }
-    for (const RowBlock<S>& block : problem.blocks) {
+    });
+    problem.forBlocksApart([&](std::size_t b) {
+        const RowBlock<S>& block = problem.blocks[b];
         for (int k = 0; k < block.bodyCount(); ++k) {
             const int n = node_[at(block.body(k))];
             for (int i = block.first; n >= 0 && i < block.first + block.count; ++i) {
@@ -75,7 +91,7 @@ S ContactNewton<S>::gradient(const Problem<S>& problem, const std::vector<S>& im
                 }
             }
         }
-    }
+    });
     // As a speed: how fast the left-over impulse would set a body's surface moving.
     S worst = 0;
     for (std::size_t n = 0; n < out.size(); ++n) {
@@ -105,9 +121,7 @@ void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S
     system.visits += du.size();
     along_.resize(u.size());
     const auto slope = [&](S alpha) {
-        for (std::size_t i = 0; i < u.size(); ++i) {
-            along_[i] = u[i] + alpha * du[i];
-        }
+        problem.forEach(u.size(), [&](std::size_t i) { along_[i] = u[i] + alpha * du[i]; });
         respond(problem, along_, trial_);
         S value = linear + alpha * quadratic;
         for (std::size_t i = 0; i < u.size(); ++i) {
@@ -154,15 +168,15 @@ void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S
 
 template <class S>
 double ContactNewton<S>::residual(const Problem<S>& problem) const {
-    S speed = 0;
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+    const auto ofBlock = [&](std::size_t k) {
         const RowBlock<S>& block = problem.blocks[k];
         const std::size_t first = at(block.first);
+        S speed = 0;
         if (isCone(problem, k)) {
             const S scale = std::max(
                 {system.terms[first].delassus, system.terms[first + 1].delassus, system.terms[first + 2].delassus});
             if (scale <= S(0)) {
-                continue;
+                return speed;
             }
             Vec3<S> p;
             Vec3<S> u;
@@ -172,8 +186,7 @@ double ContactNewton<S>::residual(const Problem<S>& problem) const {
             }
             u.x() += deSaxce_[k];
             const S mu = system.friction[k];
-            speed = std::max(speed, scale * (p - projectOnCone<S>(p - u / scale, mu)).norm());
-            continue;
+            return scale * (p - projectOnCone<S>(p - u / scale, mu)).norm();
         }
         for (std::size_t i = first; i < first + at(block.count); ++i) {
             const RowTerms<S>& t = system.terms[i];
@@ -185,8 +198,18 @@ double ContactNewton<S>::residual(const Problem<S>& problem) const {
             const S scale = t.delassus + t.softness;
             speed = std::max(speed, scale * std::abs(p - std::clamp(p - u / scale, t.lo, t.hi)));
         }
-    }
-    return static_cast<double>(speed);
+        return speed;
+    };
+    return static_cast<double>(problem
+                                   .sum(problem.blocks.size(), Greatest<S>(),
+                                        [&](std::size_t begin, std::size_t end) {
+                                            Greatest<S> worst;
+                                            for (std::size_t k = begin; k < end; ++k) {
+                                                worst += {ofBlock(k)};
+                                            }
+                                            return worst;
+                                        })
+                                   .value);
 }
 
 template <class S>
@@ -212,12 +235,13 @@ template <class S>
 S ContactNewton<S>::evaluate(const Problem<S>& problem, std::vector<S>& impulse, std::vector<Vec6<S>>& g) {
     rowVelocities(problem, system.v, u_);
     system.visits += u_.size();
-    for (std::size_t i = 0; i < u_.size(); ++i) {
-        u_[i] += system.terms[i].bias;
-    }
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
-        u_[at(problem.blocks[k].first)] += deSaxce_[k];
-    }
+    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
+        const std::size_t first = at(problem.blocks[k].first);
+        for (std::size_t i = first; i < first + at(problem.blocks[k].count); ++i) {
+            u_[i] += system.terms[i].bias;
+        }
+        u_[first] += deSaxce_[k];
+    });
     respond(problem, u_, impulse);
     return gradient(problem, impulse, g);
 }

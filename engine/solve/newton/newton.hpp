@@ -123,6 +123,8 @@ private:
                      std::array<Mat6<S>, 6>& off) const;
     // isUpdate: the blocks of changedNodes_ alone have changed since the last factor.
     void assemble(const Problem<S>& problem, bool isUpdate);
+    void addBlocks(const Problem<S>& problem, std::size_t begin, std::size_t end, bool isUpdate);
+    void addDiagonal(int node, const Mat6<S>& value);
     // y = H x, with H as last weighed.
     void product(const Problem<S>& problem, const std::vector<Vec6<S>>& x, std::vector<Vec6<S>>& y);
     // Replaces the gradient g by Newton's step -H^-1 g.
@@ -170,8 +172,9 @@ private:
     std::vector<Mat3<S>> coneWeight_;  // of each block, as factored
     std::vector<S> weight_;            // of each row, as factored
     bool factored_ = false;
-    bool isOfProblem_ = false;       // the factor is of the rows as they are
-    std::vector<int> changedNodes_;  // whose weights have changed since it was made
+    bool isOfProblem_ = false;           // the factor is of the rows as they are
+    std::vector<std::uint8_t> changes_;  // scratch of weigh(), by block
+    std::vector<int> changedNodes_;      // whose weights have changed since it was made
     // Where the factor was made: while the bodies stay within reusableMotion (m and quaternion) of there and the
     // weights within sameWeight, it serves on; the line search and the residual judge its steps as any others.
     static constexpr double reusableMotion = 1e-5;

@@ -11,7 +11,7 @@ void ContactNewton<S>::startDeSaxce(const Problem<S>& problem, const std::vector
     deSaxce_.assign(problem.blocks.size(), S(0));
     deSaxceError_.assign(problem.blocks.size(), S(0));
     deSaxceGain_ = S(1);
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
         const RowBlock<S>& block = problem.blocks[k];
         const std::size_t i = at(block.first);
         // What touches without a force beside points that carry may have to carry next: a floor of tiles.
@@ -33,24 +33,28 @@ void ContactNewton<S>::startDeSaxce(const Problem<S>& problem, const std::vector
             }
             deSaxce_[k] = mu * sliding;
         }
-    }
+    });
 }
 
 template <class S>
 double ContactNewton<S>::updateDeSaxce(const Problem<S>& problem) {
+    std::vector<S>& errors = trial_;  // of each block
+    errors.assign(problem.blocks.size(), S(0));
+    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
+        const RowBlock<S>& block = problem.blocks[k];
+        const std::size_t i = at(block.first);
+        // A correction that is too high keeps its contact open: it must come down where nothing is carried, too.
+        if (isCone(problem, k) && (system.p[i] > S(0) || deSaxce_[k] > S(0))) {
+            errors[k] = system.friction[k] * planeLength(system.rowVelocity(problem.rows[i + 1], block),
+                                                         system.rowVelocity(problem.rows[i + 2], block)) -
+                        deSaxce_[k];
+        }
+    });
     S worst = 0;
     S along = 0;
     S before = 0;
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
-        const RowBlock<S>& block = problem.blocks[k];
-        const std::size_t i = at(block.first);
-        S error = 0;
-        // A correction that is too high keeps its contact open: it must come down where nothing is carried, too.
-        if (isCone(problem, k) && (system.p[i] > S(0) || deSaxce_[k] > S(0))) {
-            error = system.friction[k] * planeLength(system.rowVelocity(problem.rows[i + 1], block),
-                                                     system.rowVelocity(problem.rows[i + 2], block)) -
-                    deSaxce_[k];
-        }
+    for (std::size_t k = 0; k < errors.size(); ++k) {
+        const S error = errors[k];
         along += error * deSaxceError_[k];
         before += deSaxceError_[k] * deSaxceError_[k];
         deSaxceError_[k] = error;

@@ -136,7 +136,9 @@ bool ContactNewton<S>::factorHolds(const Problem<S>& problem) const {
 template <class S>
 bool ContactNewton<S>::weigh(const Problem<S>& problem, const std::vector<S>& y) {
     const S tight = static_cast<S>(sameWeight);
-    bool same = factored_;
+    // Of each block: nothing, some change, more than the factor bears.
+    enum : std::uint8_t { Same, Changed, Anew };
+    changes_.assign(problem.blocks.size(), Same);
     const auto noteChange = [&](const RowBlock<S>& block) {
         for (int m = 0; m < block.bodyCount(); ++m) {
             if (const int n = node_[at(block.body(m))]; n >= 0) {
@@ -146,29 +148,31 @@ bool ContactNewton<S>::weigh(const Problem<S>& problem, const std::vector<S>& y)
     };
     weight_.resize(y.size(), S(0));
     coneWeight_.resize(problem.blocks.size(), Mat3<S>::Zero());
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
         const RowBlock<S>& block = problem.blocks[k];
         const std::size_t first = at(block.first);
+        const auto note = [&](bool changes, bool serves) {
+            changes_[k] = std::max(changes_[k], static_cast<std::uint8_t>(!serves ? Anew : changes ? Changed : Same));
+        };
         if (isCone(problem, k)) {
             const Mat3<S> w =
                 coneDerivative(Vec3<S>(y[first], y[first + 1], y[first + 2]), system.friction[k]) / delta_[first];
-            same = same && (w - coneWeight_[k]).cwiseAbs().maxCoeff() <= tight * w.cwiseAbs().maxCoeff();
-            if (isOfProblem_ && w != coneWeight_[k]) {
-                noteChange(block);
-            }
+            note(w != coneWeight_[k], (w - coneWeight_[k]).cwiseAbs().maxCoeff() <= tight * w.cwiseAbs().maxCoeff());
             coneWeight_[k] = w;
-            continue;
+            return;
         }
-        bool changes = false;
         for (std::size_t i = first; i < first + at(block.count); ++i) {
             const RowTerms<S>& t = system.terms[i];
             const S w = y[i] > t.lo && y[i] < t.hi && t.delassus > S(0) ? S(1) / (delta_[i] + t.softness) : S(0);
-            same = same && std::abs(w - weight_[i]) <= tight * w;
-            changes = changes || w != weight_[i];
+            note(w != weight_[i], std::abs(w - weight_[i]) <= tight * w);
             weight_[i] = w;
         }
-        if (isOfProblem_ && changes) {
-            noteChange(block);
+    });
+    bool same = factored_;
+    for (std::size_t k = 0; k < changes_.size(); ++k) {
+        same = same && changes_[k] != Anew;
+        if (isOfProblem_ && changes_[k] != Same) {
+            noteChange(problem.blocks[k]);
         }
     }
     return same;
@@ -238,6 +242,15 @@ bool ContactNewton<S>::addWeighted(const Problem<S>& problem, std::size_t k, std
 }
 
 template <class S>
+void ContactNewton<S>::addDiagonal(int node, const Mat6<S>& value) {
+    if (linearSolver_ == LinearSolver::Factor) {
+        addBlock(factor_.diagonal(node), value);
+    } else {
+        diagonal_.addDiagonal(node, value);
+    }
+}
+
+template <class S>
 void ContactNewton<S>::assemble(const Problem<S>& problem, bool isUpdate) {
     const bool whole = linearSolver_ == LinearSolver::Factor;
     if (isUpdate) {
@@ -247,17 +260,10 @@ void ContactNewton<S>::assemble(const Problem<S>& problem, bool isUpdate) {
     } else {
         diagonal_.setZero(bodyOfNode_.size());
     }
-    const auto addDiagonal = [&](int node, const Mat6<S>& value) {
-        if (whole) {
-            addBlock(factor_.diagonal(node), value);
-        } else {
-            diagonal_.addDiagonal(node, value);
-        }
-    };
     const auto takes = [&](int node) { return node >= 0 && (!isUpdate || factor_.takes(node)); };
-    for (std::size_t n = 0; n < bodyOfNode_.size(); ++n) {
+    problem.forEach(bodyOfNode_.size(), [&](std::size_t n) {
         if (!takes(static_cast<int>(n))) {
-            continue;
+            return;
         }
         const SolverBody<S>& body = problem.bodies[at(bodyOfNode_[n])];
         Mat6<S> mass = Mat6<S>::Zero();
@@ -269,11 +275,27 @@ void ContactNewton<S>::assemble(const Problem<S>& problem, bool isUpdate) {
             mass.template bottomRightCorner<3, 3>() = body.inertia;
         }
         addDiagonal(static_cast<int>(n), mass);
+    });
+    if (problem.jobs == nullptr) {
+        addBlocks(problem, 0, problem.blocks.size(), isUpdate);
+        return;
     }
+    const std::size_t joints = static_cast<std::size_t>(problem.jointBlocks);
+    addBlocks(problem, 0, joints, isUpdate);
+    problem.forContactsApart([&](const ProblemContact<S>& contact) {
+        const std::size_t first = joints + at(contact.firstPoint);
+        addBlocks(problem, first, first + at(contact.count), isUpdate);
+    });
+}
+
+template <class S>
+void ContactNewton<S>::addBlocks(const Problem<S>& problem, std::size_t begin, std::size_t end, bool isUpdate) {
+    const bool whole = linearSolver_ == LinearSolver::Factor;
+    const auto takes = [&](int node) { return node >= 0 && (!isUpdate || factor_.takes(node)); };
     std::array<Mat6<S>, 4> diagonal;
     std::array<Mat6<S>, 6> off;
     bool any = false;
-    for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
+    for (std::size_t k = begin; k < end; ++k) {
         const RowBlock<S>& block = problem.blocks[k];
         bool isTaken = false;
         for (int m = 0; m < block.bodyCount(); ++m) {
@@ -288,7 +310,7 @@ void ContactNewton<S>::assemble(const Problem<S>& problem, bool isUpdate) {
         }
         any = addWeighted(problem, k, diagonal, off) || any;
         // The points of a manifold go in together.
-        const bool goesOn = k + 1 < problem.blocks.size() && isOfSamePair(block, problem.blocks[k + 1]);
+        const bool goesOn = k + 1 < end && isOfSamePair(block, problem.blocks[k + 1]);
         if (!any || goesOn) {
             continue;
         }
