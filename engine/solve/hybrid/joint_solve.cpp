@@ -59,7 +59,7 @@ bool JointSolve<S>::begin(const Problem<S>& problem, double maxWork) {
         }
     }
     wait_ = std::max(0, wait_ - 1);
-    isOld_ = isFactored_ && isSame && wait_ == 0 && factor_.work() >= worthKeeping * static_cast<double>(blocks);
+    isOld_ = (isFactored_ || isOld_) && isSame && wait_ == 0 && factor_.work() >= worthKeeping * static_cast<double>(blocks);
     isFactored_ = false;
     isChosen_ = false;
     hasBounds_ = std::any_of(problem.rows.begin(), problem.rows.end(), isBounded<Row<S>>);

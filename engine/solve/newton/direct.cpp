@@ -35,7 +35,7 @@ DirectMemory<S>& memoryOf(Problem<S>& problem) {
 
 // m/s, of the centres of mass at the start of the sub-step.
 template <class S>
-S fastestSpeed(const Problem<S>& problem) {
+S fastestCentre(const Problem<S>& problem) {
     S fastest = 0;
     for (const SolverBody<S>& body : problem.bodies) {
         fastest = std::max(fastest, body.vBefore.template head<3>().norm());
@@ -46,7 +46,7 @@ S fastestSpeed(const Problem<S>& problem) {
 // Whether contacts are expected to open and shut.
 template <class S>
 bool isActiveSetChanging(const Problem<S>& problem) {
-    return !problem.contacts.empty() && fastestSpeed(problem) > static_cast<S>(Tuning::movingSpeed);
+    return !problem.contacts.empty() && fastestCentre(problem) > static_cast<S>(Tuning::movingSpeed);
 }
 
 // Contacts are looked for before bodies meet: what only passes by must not cost a chain the solution of joints alone.
@@ -139,7 +139,7 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
     const bool moves = isActiveSetChanging(problem);
     const bool jointsAlone = problem.contacts.empty();
     const bool heap = moves && work > Tuning::heapWork;
-    const double speed = static_cast<double>(fastestSpeed(problem));
+    const double speed = static_cast<double>(fastestCentre(problem));
     NewtonOptions options;
     options.heap = heap;
     options.standing = !moves;
@@ -347,7 +347,7 @@ typename Direct<S>::Cost Direct<S>::predictCost(Problem<S>& problem) const {
 
 template <class S>
 bool Direct<S>::moves(const Problem<S>& problem) const {
-    return fastestSpeed(problem) > static_cast<S>(Tuning::movingSpeed);
+    return fastestCentre(problem) > static_cast<S>(Tuning::movingSpeed);
 }
 
 template <class S>

@@ -69,7 +69,8 @@ void SparseFactor::layOut() {
         s.pivot = size;
         s.upper = s.pivot + s.m * s.m;
         s.lower = s.upper + s.m * s.step;
-        size = s.lower + (kind_ == Kind::General ? s.m * s.step : 0);
+        // Vectors read on beyond the last row, which no other thread writes.
+        size = s.lower + (kind_ == Kind::General ? s.m * s.step : 0) + (s.isThree ? 0 : widest);
     }
     matrixSize_ = size + widest;
 }
