@@ -59,7 +59,8 @@ bool JointSolve<S>::begin(const Problem<S>& problem, double maxWork) {
         }
     }
     wait_ = std::max(0, wait_ - 1);
-    isOld_ = (isFactored_ || isOld_) && isSame && wait_ == 0 && factor_.work() >= worthKeeping * static_cast<double>(blocks);
+    isOld_ =
+        (isFactored_ || isOld_) && isSame && wait_ == 0 && factor_.work() >= worthKeeping * static_cast<double>(blocks);
     isFactored_ = false;
     isChosen_ = false;
     hasBounds_ = std::any_of(problem.rows.begin(), problem.rows.end(), isBounded<Row<S>>);
@@ -130,9 +131,10 @@ template <class S>
 void JointSolve<S>::writeRight(const Problem<S>& problem, const RowSweeps<S>& rows) {
     problem.forEach(problem.blocks.size(), [&](std::size_t k) {
         double* right = factor_.right(k);
+        const auto twist = [&](int body) -> const Vec6<S>& { return rows.v[at(body)]; };
         for (const int r : active_[k]) {
             const std::size_t i = at(r);
-            *right++ = -static_cast<double>(rows.rowVelocity(problem.rows[i], problem.blocks[k]) + rows.terms[i].bias +
+            *right++ = -static_cast<double>(rowDot(problem.rows[i], problem.blocks[k], twist) + rows.terms[i].bias +
                                             rows.terms[i].softness * rows.p[i]);
         }
     });
