@@ -55,6 +55,7 @@ bool JointSolve<S>::begin(const Problem<S>& problem, double maxWork) {
         graph_[k] = nodes;
         if (block.bodyCount() > 2 || at(count) > JointFactor::maxRows) {
             isFactored_ = false;
+            isOld_ = false;
             return false;
         }
     }

@@ -137,14 +137,15 @@ private:
     void update(const Supernode& s, std::size_t begin, std::size_t end);
     // `scaled`: scale() of the group's columns, transposed, where the matrix is positive.
     void updateByMany(const Supernode& s, const Group& group, DenseView scaled);
-    // The rows of later places [begin, end) of the group, with `from` the first of their columns.
+    // The rows of later places [begin, end) of the group, which are those of `left`, with `from` the first of their
+    // columns, which are those of the upper panel or the lower.
     void updateRows(const Supernode& s, const Group& group, std::size_t begin, std::size_t end, std::size_t from,
                     bool isUpper, DenseView left);
     // The same as updateByMany() to the bit.
     void updateByFew(const Supernode& s, const Group& group);
     void updateThree(const Supernode& s, const Group& group);
     // -D^-1 times the upper panel, of columns [first, end), of a positive matrix.
-    void scale(const Supernode& s, std::size_t first, std::size_t end, std::vector<double>& out) const;
+    void scale(const Supernode& s, std::size_t first, std::size_t end, std::vector<double>& out);
     void findRuns(const Supernode& s, const Group& group, std::vector<Run>& runs) const;
     // Adds the scratch's product to the target: rows of the later places [begin, end) of the group, columns from there
     // or, of the lower panel, beyond the group.

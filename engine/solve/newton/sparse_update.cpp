@@ -41,7 +41,7 @@ void SparseFactor::update(const Supernode& s, std::size_t begin, std::size_t end
     }
 }
 
-void SparseFactor::scale(const Supernode& s, std::size_t first, std::size_t end, std::vector<double>& out) const {
+void SparseFactor::scale(const Supernode& s, std::size_t first, std::size_t end, std::vector<double>& out) {
     const std::size_t columns = padded(end - first);
     out.resize(std::max(out.size(), s.m * columns));
     for (std::size_t place = at(s.begin); place < at(s.end); ++place) {
@@ -53,8 +53,7 @@ void SparseFactor::scale(const Supernode& s, std::size_t first, std::size_t end,
                 negative[r * maxRows + c] = -inverse[r * s.m + c];
             }
         }
-        // It is only read.
-        double* const upper = const_cast<double*>(matrix_.data()) + s.upper + row * s.step + first;
+        double* const upper = matrix_.data() + s.upper + row * s.step + first;
         denseKernels().negativeProduct({out.data() + row * columns, columns}, {negative.data(), maxRows, 1},
                                        {upper, s.step}, count_[place], count_[place], columns);
     }
