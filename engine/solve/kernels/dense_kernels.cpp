@@ -114,8 +114,8 @@ void subtractOf(DenseRows out, DenseView left, DenseRows right, std::size_t rows
                 std::copy_n(right.at + (l + k) * right.rowStep + c, width, room + k * wide);
             }
             const DenseView from{left.at + l * left.columnStep, left.rowStep, left.columnStep};
-            if (l == 0) {
-                subtractBlock<fromZero>(to, from, packed, rows, depth, width);
+            if (fromZero && l == 0) {
+                subtractBlock<true>(to, from, packed, rows, depth, width);
             } else {
                 subtractBlock<false>(to, from, packed, rows, depth, width);
             }

@@ -14,11 +14,12 @@ struct Sheet {
 
     explicit Sheet(int threads) : world({.solver = HybridDef{}, .sleep = {.enabled = false}, .threads = threads}) {
         for (int i = 0; i < side * side; ++i) {
-            const bool hangs = i >= side;
+            const int row = i / side;
+            const bool hangs = row > 0;
             knots.push_back(world.add(BodyDef{.type = hangs ? BodyType::Dynamic : BodyType::Static,
                                               .shapes = {sphere(0.2)},
                                               .position = place(i),
-                                              .linearVelocity = Vec3d(0, 0, 0.001 * (i / side)),
+                                              .linearVelocity = Vec3d(0, 0, 0.001 * row),
                                               .mass = hangs ? 1.0 : 0.0,
                                               .filter = {.mask = 0}}));
             if (hangs && i % side > 0) {
@@ -29,7 +30,10 @@ struct Sheet {
             }
         }
     }
-    static Vec3d place(int i) { return {0.5 * (i % side), -0.5 * (i / side), 0}; }
+    static Vec3d place(int i) {
+        const int row = i / side;
+        return {0.5 * (i % side), -0.5 * row, 0};
+    }
     void pin(int a, int b) {
         world.add(BallDef{.a = knots[static_cast<std::size_t>(a)],
                           .b = knots[static_cast<std::size_t>(b)],
