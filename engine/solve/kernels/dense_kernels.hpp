@@ -28,7 +28,7 @@ struct DenseKernels {
     // The same of an `out` of zeros, which is not read.
     void (*negativeProduct)(DenseRows out, DenseView left, DenseRows right, std::size_t rows, std::size_t inner,
                             std::size_t columns);
-    // out (rows x columns) <- out + term.
+    // out (rows x columns) <- out + term, whose columns lie side by side.
     void (*add)(DenseRows out, DenseView term, std::size_t rows, std::size_t columns);
     // out (rows) <- out - matrix (rows x columns) x. Eight sums a row, of each eighth column, then of those.
     void (*subtractDots)(double* out, DenseRows matrix, const double* x, std::size_t rows, std::size_t columns);
