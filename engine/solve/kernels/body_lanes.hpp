@@ -53,17 +53,112 @@ HWY_INLINE hn::Vec<D> positive(D d, hn::Vec<D> x) {
     return hn::IfThenElseZero(hn::Lt(hn::Zero(d), x), x);
 }
 
-// Of each body the three numbers at `from`, where each has `stride`: 6, 12 or 16.
-template <int stride, class D, class S, class Index>
-HWY_INLINE Vector<D> gather(D d, const S* from, const Index* body) {
-    constexpr int shift = stride == 6 ? 2 : stride == 12 ? 3 : 4;
-    const auto i = hn::Load(hn::RebindToSigned<D>(), body);
-    auto at = hn::ShiftLeft<shift>(i);
-    if constexpr (stride != 16) {
-        at = hn::Add(at, hn::ShiftLeft<shift - 1>(i));
+// Of each lane `count` numbers from its place in memory on, one vector each (turnIn), and back for the lanes in `those`
+// (turnOut): by whole loads and stores, turned over in registers. Gathers take a load for each number.
+#if HWY_TARGET == HWY_SCALAR
+template <std::size_t count, class D, class S>
+HWY_INLINE void turnIn(D d, const S* const* from, hn::Vec<D>* numbers) {
+    for (std::size_t k = 0; k < count; ++k) {
+        numbers[k] = hn::LoadU(d, from[0] + k);
     }
-    return {hn::GatherIndex(d, from, at), hn::GatherIndex(d, from + 1, at), hn::GatherIndex(d, from + 2, at)};
 }
+template <std::size_t count, class D, class S>
+HWY_INLINE void turnOut(D d, const hn::Vec<D>* numbers, S* const* to, std::uint32_t those) {
+    for (std::size_t k = 0; k < count && (those & 1U) != 0; ++k) {
+        hn::StoreU(numbers[k], d, to[0] + k);
+    }
+}
+#else
+// A vector whose parts of 16 bytes are those at from[0], from[step] and so on.
+template <std::size_t step, class D, class S>
+HWY_INLINE hn::Vec<D> loadParts(D d, const S* const* from, std::size_t offset) {
+    if constexpr (hn::MaxLanes(d) * sizeof(S) <= 16) {
+        return hn::LoadU(d, from[0] + offset);
+    } else {
+        const hn::Half<D> half;
+        constexpr std::size_t parts = hn::MaxLanes(half) * sizeof(S) / 16;
+        return hn::Combine(d, loadParts<step>(half, from + parts * step, offset), loadParts<step>(half, from, offset));
+    }
+}
+// Its parts to to[0], to[step] and so on, where bit 0, `step` and so on of `those` is set.
+template <std::size_t step, class D, class S>
+HWY_INLINE void storeParts(D d, hn::Vec<D> numbers, S* const* to, std::size_t offset, std::uint32_t those) {
+    if constexpr (hn::MaxLanes(d) * sizeof(S) <= 16) {
+        if ((those & 1U) != 0) {
+            hn::StoreU(numbers, d, to[0] + offset);
+        }
+    } else {
+        const hn::Half<D> half;
+        constexpr std::size_t parts = hn::MaxLanes(half) * sizeof(S) / 16;
+        storeParts<step>(half, hn::LowerHalf(half, numbers), to, offset, those);
+        storeParts<step>(half, hn::UpperHalf(half, numbers), to + parts * step, offset, those >> (parts * step));
+    }
+}
+
+// In each part, of two doubles or four floats: the first of all vectors, then the second, and so on; its own inverse.
+template <class D>
+HWY_INLINE void turnParts(D d, const hn::Vec<D> (&from)[2], hn::Vec<D>* to) {
+    to[0] = hn::InterleaveLower(d, from[0], from[1]);
+    to[1] = hn::InterleaveUpper(d, from[0], from[1]);
+}
+template <class D>
+HWY_INLINE void turnParts(D d, const hn::Vec<D> (&from)[4], hn::Vec<D>* to) {
+    const hn::Repartition<double, D> pairs;
+    const auto lower = [&](int k) HWY_ATTR { return hn::BitCast(pairs, hn::InterleaveLower(d, from[k], from[k + 1])); };
+    const auto upper = [&](int k) HWY_ATTR { return hn::BitCast(pairs, hn::InterleaveUpper(d, from[k], from[k + 1])); };
+    to[0] = hn::BitCast(d, hn::InterleaveLower(pairs, lower(0), lower(2)));
+    to[1] = hn::BitCast(d, hn::InterleaveUpper(pairs, lower(0), lower(2)));
+    to[2] = hn::BitCast(d, hn::InterleaveLower(pairs, upper(0), upper(2)));
+    to[3] = hn::BitCast(d, hn::InterleaveUpper(pairs, upper(0), upper(2)));
+}
+
+// Calls visit(first) for the numbers that a part holds; the last ones may have been in the one before.
+template <std::size_t count, class S, class Visit>
+HWY_INLINE void forParts(const Visit& visit) {
+    constexpr std::size_t together = 16 / sizeof(S);
+    for (std::size_t k = 0; k < count; k += together) {
+        visit(k + together <= count ? k : count - together);
+    }
+}
+template <std::size_t count, class D, class S>
+HWY_INLINE void turnIn(D d, const S* const* from, hn::Vec<D>* numbers) {
+    constexpr std::size_t together = 16 / sizeof(S);
+    forParts<count, S>([&](std::size_t first) HWY_ATTR {
+        hn::Vec<D> parts[together];
+        for (std::size_t k = 0; k < together; ++k) {
+            parts[k] = loadParts<together>(d, from + k, first);
+        }
+        turnParts(d, parts, numbers + first);
+    });
+}
+template <std::size_t count, class D, class S>
+HWY_INLINE void turnOut(D d, const hn::Vec<D>* numbers, S* const* to, std::uint32_t those) {
+    constexpr std::size_t together = 16 / sizeof(S);
+    forParts<count, S>([&](std::size_t first) HWY_ATTR {
+        hn::Vec<D> columns[together];
+        hn::Vec<D> parts[together];
+        for (std::size_t k = 0; k < together; ++k) {
+            columns[k] = numbers[first + k];
+        }
+        turnParts(d, columns, parts);
+        for (std::size_t k = 0; k < together; ++k) {
+            storeParts<together>(d, parts[k], to + k, first, those >> k);
+        }
+    });
+}
+#endif
+
+// Where each lane's body has its numbers, of `stride` each.
+template <std::size_t stride, class D, class S>
+struct LanePlaces {
+    template <class Index>
+    HWY_INLINE LanePlaces(D d, S* numbers, const Index* body) {
+        for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
+            at[k] = numbers + stride * static_cast<std::size_t>(body[k]);
+        }
+    }
+    S* at[hn::MaxLanes(D())];
+};
 
 template <class D>
 HWY_INLINE Vector<D> select(hn::Mask<D> mask, const Vector<D>& yes, const Vector<D>& no) {
@@ -79,26 +174,16 @@ HWY_INLINE void store(D d, const Vector<D>& a, S (&to)[3][width], std::size_t la
 template <class D>
 struct Twist {
     using S = hn::TFromD<D>;
-    HWY_INLINE Twist(D d, const S* twists, const LaneIndex<S>* body)
-        : v(gather<6>(d, twists, body)), w(gather<6>(d, twists + 3, body)) {}
+    HWY_INLINE Twist(D d, const S* twists, const LaneIndex<S>* body) {
+        hn::Vec<D> numbers[6];
+        turnIn<6>(d, LanePlaces<6, D, const S>(d, twists, body).at, numbers);
+        v = {numbers[0], numbers[1], numbers[2]};
+        w = {numbers[3], numbers[4], numbers[5]};
+    }
     // Those of the lanes in `moves`, of which this is from `lane` on.
     HWY_INLINE void putBack(D d, S* twists, const LaneIndex<S>* body, std::uint32_t moves) const {
-        constexpr std::size_t width = laneCount<S>;
-        alignas(64) S room[6][width];
-        hn::Store(v.x, d, room[0]);
-        hn::Store(v.y, d, room[1]);
-        hn::Store(v.z, d, room[2]);
-        hn::Store(w.x, d, room[3]);
-        hn::Store(w.y, d, room[4]);
-        hn::Store(w.z, d, room[5]);
-        for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
-            if ((moves >> k & 1U) != 0) {
-                S* to = twists + 6 * body[k];
-                for (std::size_t n = 0; n < 6; ++n) {
-                    to[n] = room[n][k];
-                }
-            }
-        }
+        const hn::Vec<D> numbers[6] = {v.x, v.y, v.z, w.x, w.y, w.z};
+        turnOut<6>(d, numbers, LanePlaces<6, D, S>(d, twists, body).at, moves);
     }
     Vector<D> v, w;
 };
@@ -107,12 +192,11 @@ template <class D>
 struct Mass {
     using S = hn::TFromD<D>;
     HWY_INLINE Mass(D d, const S* masses, const LaneIndex<S>* body) {
-        const hn::RebindToSigned<D> di;
-        const auto i = hn::Load(di, body);
-        const auto seven = hn::Sub(hn::ShiftLeft<3>(i), i);
-        inverse = hn::GatherIndex(d, masses, seven);
+        hn::Vec<D> numbers[7];
+        turnIn<7>(d, LanePlaces<7, D, const S>(d, masses, body).at, numbers);
+        inverse = numbers[0];
         for (int n = 0; n < 6; ++n) {
-            inertia[n] = hn::GatherIndex(d, masses + 1 + n, seven);
+            inertia[n] = numbers[1 + n];
         }
     }
     HWY_INLINE Vector<D> spin(const Vector<D>& l) const {

@@ -43,11 +43,14 @@ HWY_INLINE void forLanes(const ContactLanesView<S>& view, std::size_t begin, std
 template <class D>
 struct Placement {
     using S = hn::TFromD<D>;
-    HWY_INLINE Placement(D d, const S* placements, const typename ContactPack<S>::Index* body)
-        : x(gather<12>(d, placements, body)),
-          y(gather<12>(d, placements + 3, body)),
-          z(gather<12>(d, placements + 6, body)),
-          position(gather<12>(d, placements + 9, body)) {}
+    HWY_INLINE Placement(D d, const S* placements, const typename ContactPack<S>::Index* body) {
+        hn::Vec<D> numbers[12];
+        turnIn<12>(d, LanePlaces<12, D, const S>(d, placements, body).at, numbers);
+        x = {numbers[0], numbers[1], numbers[2]};
+        y = {numbers[3], numbers[4], numbers[5]};
+        z = {numbers[6], numbers[7], numbers[8]};
+        position = {numbers[9], numbers[10], numbers[11]};
+    }
     // The products are summed in the order in which Eigen does it for double, so that the bits are those of
     // Problem::placeContacts().
     HWY_INLINE Vector<D> turned(const Vector<D>& a) const {
@@ -58,41 +61,12 @@ struct Placement {
     Vector<D> x, y, z, position;
 };
 
-// Both ends of point k of the contacts of a pack from `lane` on, m: in the world's axes, from the centres of mass.
+// In the world's axes what lies in those of its carrier.
 template <class D>
-struct PointEnds {
-    using S = hn::TFromD<D>;
-    HWY_INLINE PointEnds(D d, const ContactLanesView<S>& view, const ContactPack<S>& pack, std::size_t lane,
-                         std::size_t k, const Placement<D>& a, const Placement<D>& b) {
-        using Index = typename ContactPack<S>::Index;
-        alignas(64) Index at[ContactPack<S>::width];
-        const auto point = [&](std::size_t l) { return static_cast<Index>(k < pack.points[l] ? k : 0); };
-        for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
-            at[n] = static_cast<Index>(pack.firstPoint[lane + n]) + point(lane + n);
-        }
-        onA = gather<6>(d, view.places, at);
-        onB = gather<6>(d, view.places + 3, at);
-        const Vector<D> none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-        Vector<D> startA = none;
-        Vector<D> startB = none;
-        if (pack.isRound) {
-            alignas(64) S isRound[ContactPack<S>::width];
-            for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
-                const Index first = pack.firstRound[lane + n];
-                isRound[n] = static_cast<S>(first < 0 ? 0 : 1);
-                at[n] = first < 0 ? 0 : first + point(lane + n);
-            }
-            const auto mask = hn::Gt(hn::Load(d, isRound), hn::Zero(d));
-            onA = onA - select<D>(mask, gather<16>(d, view.rounds, at), none);
-            onB = onB - select<D>(mask, gather<16>(d, view.rounds + 3, at), none);
-            startA = select<D>(mask, gather<16>(d, view.rounds + 6, at), none);
-            startB = select<D>(mask, gather<16>(d, view.rounds + 9, at), none);
-        }
-        onA = a.turned(onA) + startA;
-        onB = b.turned(onB) + startB;
-    }
-    Vector<D> onA, onB;
-};
+HWY_INLINE Vector<D> carried(hn::Mask<D> byB, hn::Mask<D> byWorld, const Placement<D>& a, const Placement<D>& b,
+                             const Vector<D>& local) {
+    return select<D>(byWorld, local, select<D>(byB, b.turned(local), a.turned(local)));
+}
 
 template <class S>
 void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) {
@@ -104,11 +78,13 @@ void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) 
         for (std::size_t lane = 0; lane < pack.lanes; lane += hn::Lanes(d)) {
             const Placement<D> a(d, view.placements, pack.bodyA + lane);
             const Placement<D> b(d, view.placements, pack.bodyB + lane);
-            const Placement<D> carrier(d, view.placements, frame.carrier + lane);
-            const Vector<D> normal = carrier.turned(load(d, frame.normal, lane));
+            const auto carrier = hn::Load(d, frame.carrier + lane);
+            const auto byB = hn::Eq(carrier, hn::Set(d, static_cast<S>(FrameCarrier::B)));
+            const auto byWorld = hn::Eq(carrier, hn::Set(d, static_cast<S>(FrameCarrier::World)));
+            const Vector<D> normal = carried<D>(byB, byWorld, a, b, load(d, frame.normal, lane));
             store(d, normal, pack.normal, lane);
-            store(d, carrier.turned(load(d, frame.tangent1, lane)), pack.tangent1, lane);
-            store(d, carrier.turned(load(d, frame.tangent2, lane)), pack.tangent2, lane);
+            store(d, carried<D>(byB, byWorld, a, b, load(d, frame.tangent1, lane)), pack.tangent1, lane);
+            store(d, carried<D>(byB, byWorld, a, b, load(d, frame.tangent2, lane)), pack.tangent2, lane);
             const Vector<D> apart = b.position - a.position;
             store(d, apart, pack.apart, lane);
             const Vector<D> none = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
@@ -121,12 +97,19 @@ void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) 
             const auto count = hn::Load(d, counts);
             for (std::size_t k = 0; k < pack.count; ++k) {
                 PointPack<S>& point = view.points[pack.firstRow + k];
-                const PointEnds<D> ends(d, view, pack, lane, k, a, b);
-                Vector<D> armB = select<D>(isRule(ArmRule::OnA), ends.onA - apart, ends.onB);
+                const PlacePack<S>& at = view.places[pack.firstRow + k];
+                Vector<D> onA = a.turned(load(d, at.onA, lane));
+                Vector<D> onB = b.turned(load(d, at.onB, lane));
+                if (pack.isRound) {
+                    const RoundPack<S>& round = view.rounds[pack.firstRound + k];
+                    onA = onA + load(d, round.onA, lane);
+                    onB = onB + load(d, round.onB, lane);
+                }
+                Vector<D> armB = select<D>(isRule(ArmRule::OnA), onA - apart, onB);
                 armB = select<D>(isRule(ArmRule::CentreOfA), none - apart, armB);
                 armB = select<D>(isRule(ArmRule::CentreOfB), none, armB);
                 store(d, armB, point.armB, lane);
-                const auto C = dot<D>(normal, (apart + ends.onB) - ends.onA);
+                const auto C = dot<D>(normal, (apart + onB) - onA);
                 const auto isPoint = hn::Lt(hn::Set(d, static_cast<S>(k)), count);
                 hn::Store(hn::IfThenElse(isPoint, C, hn::Set(d, std::numeric_limits<S>::infinity())), d,
                           point.C + lane);

@@ -25,14 +25,15 @@ struct alignas(64) ContactPack {
     Index bodyB[width];
     std::uint32_t contact[width];     // of Problem::contacts
     std::uint32_t firstPoint[width];  // of Problem::points
-    std::int32_t firstRound[width];   // of Problem::rounds; -1: flat
     std::uint8_t points[width];       // of each; 0: the lane is empty
     std::uint32_t movesA = 0;         // bit k: the body of lane k takes pushes; what does not is shared, and only read
     std::uint32_t movesB = 0;
     std::uint32_t firstRow = 0;  // of the PointPacks, one for each of `count` points
     std::uint32_t count = 0;
     std::uint32_t lanes = 0;  // that have a contact: the first ones
-    bool isRound = false;     // not all lanes are flat
+    // Not all lanes are flat. The RoundPacks of such a pack begin here, one for each of `count` points.
+    bool isRound = false;
+    std::uint32_t firstRound = 0;
 };
 
 // A point of each contact of a pack, as ContactRows; the arm on a is `apart` longer. Of lanes without one C is
@@ -54,6 +55,9 @@ struct alignas(64) PointPack {
 // Where the forces of a contact act on b: contactArms().
 enum class ArmRule : std::uint8_t { OnB, OnA, CentreOfA, CentreOfB };
 
+// What carries the frame of a contact.
+enum class FrameCarrier : std::uint8_t { A, B, World };
+
 // The frames of a pack as ContactGeometry has them for the step, each in axes of its carrier.
 template <class S>
 struct alignas(64) FramePack {
@@ -62,8 +66,26 @@ struct alignas(64) FramePack {
     S normal[3][width];
     S tangent1[3][width];
     S tangent2[3][width];
-    typename ContactPack<S>::Index carrier[width];  // a body, or the place of the world
-    S rule[width];                                  // an ArmRule
+    S carrier[width];  // a FrameCarrier
+    S rule[width];     // an ArmRule
+};
+
+// Where a point of each contact of a pack lies for the step, m: on a and on b, each from its centre of mass, in its
+// axes, without the round parts. Of lanes without one anything.
+template <class S>
+struct alignas(64) PlacePack {
+    static constexpr std::size_t width = ContactPack<S>::width;
+
+    S onA[3][width];
+    S onB[3][width];
+};
+// And the round parts, in the world's axes at the start of the step.
+template <class S>
+struct alignas(64) RoundPack {
+    static constexpr std::size_t width = ContactPack<S>::width;
+
+    S onA[3][width];
+    S onB[3][width];
 };
 
 // What points gave since the first sub-step, N s: on b, world axes; and along the normal.
@@ -82,12 +104,9 @@ struct ContactLanesView {
     PointPack<S>* points;
     const FramePack<S>* frames;  // by pack
     GivenPack<S>* given;         // by PointPack
-    // Of the problem, m: six a point, on a and on b, each from its centre of mass, in its axes; and sixteen a round
-    // point, the round parts on a and on b likewise, the same in the world's axes at the start of the step, and four
-    // that are not read.
-    const S* places;
-    const S* rounds;
-    const S* placements;  // twelve a body: columns of its rotation and position, m; after the last body the world's own
+    const PlacePack<S>* places;  // likewise
+    const RoundPack<S>* rounds;
+    const S* placements;  // twelve a body: columns of its rotation and position, m
     S* twists;            // six a body
     const S* masses;      // seven a body: 1/kg, and of the inverse inertia in world axes xx, yy, zz, xy, xz, yz
 };

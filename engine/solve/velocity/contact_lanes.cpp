@@ -81,7 +81,6 @@ void ContactLanes<S>::fillPack(const Problem<S>& problem, std::size_t n) {
     const std::uint32_t* const contacts = order_.data() + firstOf_[n];
     const std::size_t count = firstOf_[n + 1] - firstOf_[n];
     pack.lanes = static_cast<std::uint32_t>(count);
-    pack.isRound = false;
     pack.movesA = 0;
     pack.movesB = 0;
     for (std::size_t lane = 0; lane < Pack::width; ++lane) {
@@ -92,8 +91,6 @@ void ContactLanes<S>::fillPack(const Problem<S>& problem, std::size_t n) {
         pack.contact[lane] = contacts[isFull ? lane : 0];
         pack.firstPoint[lane] = static_cast<std::uint32_t>(contact.firstPoint);
         pack.points[lane] = static_cast<std::uint8_t>(isFull ? contact.count : 0);
-        pack.firstRound[lane] = contact.firstRound;
-        pack.isRound = pack.isRound || contact.firstRound >= 0;
         if (isFull) {
             laneOf_[contacts[lane]] = static_cast<std::uint32_t>(n * Pack::width + lane);
         }
@@ -133,15 +130,23 @@ void ContactLanes<S>::layOut(const Problem<S>& problem) {
     ends_.push_back(firstOf_.size());
     resizeClosely(packs_, firstOf_.size());
     resizeClosely(frames_, firstOf_.size());
-    std::uint32_t rows = 0;
-    for (std::size_t n = 0; n < packs_.size(); ++n) {
-        packs_[n].firstRow = rows;
-        packs_[n].count = static_cast<std::uint32_t>(problem.contacts[order_[firstOf_[n]]].count);
-        rows += packs_[n].count;
-    }
     firstOf_.push_back(static_cast<std::uint32_t>(order_.size()));
+    std::uint32_t rows = 0;
+    std::uint32_t rounds = 0;
+    for (std::size_t n = 0; n < packs_.size(); ++n) {
+        Pack& pack = packs_[n];
+        pack.firstRow = rows;
+        pack.firstRound = rounds;
+        pack.count = static_cast<std::uint32_t>(problem.contacts[order_[firstOf_[n]]].count);
+        pack.isRound = std::any_of(order_.begin() + firstOf_[n], order_.begin() + firstOf_[n + 1],
+                                   [&](std::uint32_t c) { return problem.contacts[c].firstRound >= 0; });
+        rows += pack.count;
+        rounds += pack.isRound ? pack.count : 0;
+    }
     resizeClosely(points_, rows);
     resizeClosely(given_, rows);
+    resizeClosely(places_, rows);
+    resizeClosely(rounds_, rounds);
     resizeClosely(laneOf_, problem.contacts.size());
     changes_.assign(problem.contacts.size(), S(0));
 }
@@ -161,8 +166,9 @@ void ContactLanes<S>::fill(const Problem<S>& problem, std::size_t n) {
         put(frame.normal, lane, carried(first.normal));
         put(frame.tangent1, lane, carried(tangent1));
         put(frame.tangent2, lane, carried(tangent2));
-        frame.carrier[lane] = stands ? static_cast<typename Pack::Index>(problem.bodies.size())
-                                     : (first.carrier == Carrier::B ? pack.bodyB : pack.bodyA)[lane];
+        frame.carrier[lane] = static_cast<S>(stands                        ? FrameCarrier::World
+                                             : first.carrier == Carrier::B ? FrameCarrier::B
+                                                                           : FrameCarrier::A);
         const ArmRule rule = first.particleB               ? ArmRule::CentreOfB
                              : first.particleA             ? ArmRule::CentreOfA
                              : first.carrier == Carrier::B ? ArmRule::OnA
@@ -176,6 +182,22 @@ void ContactLanes<S>::fill(const Problem<S>& problem, std::size_t n) {
             put<S>(row.impulse, lane, Vec3<S>::Zero());
             row.friction[lane] = contact.friction;
             row.start[lane] = S(0);
+        }
+        placePoints(problem, pack, lane);
+    }
+}
+
+template <class S>
+void ContactLanes<S>::placePoints(const Problem<S>& problem, const Pack& pack, std::size_t lane) {
+    const ProblemContact<S>& contact = problem.contacts[pack.contact[lane]];
+    for (std::uint32_t k = 0; k < pack.count; ++k) {
+        const std::size_t point = pack.firstPoint[lane] + (k < pack.points[lane] ? k : 0);
+        const ContactGeometry<S> at = problem.geometryOf(contact, point);
+        put<S>(places_[pack.firstRow + k].onA, lane, at.onA - at.roundA);
+        put<S>(places_[pack.firstRow + k].onB, lane, at.onB - at.roundB);
+        if (pack.isRound) {
+            put(rounds_[pack.firstRound + k].onA, lane, at.startRoundA);
+            put(rounds_[pack.firstRound + k].onB, lane, at.startRoundB);
         }
     }
 }
@@ -194,8 +216,7 @@ void ContactLanes<S>::place(Problem<S>& problem) {
         laidOut_ = {problem.bodies.size(), problem.contacts.size(), problem.points.size()};
         rubsAnew_ = std::any_of(problem.contacts.begin(), problem.contacts.end(),
                                 [](const auto& contact) { return contact.friction != contact.staticFriction; });
-        placements_.assign(bodyPlaces * (problem.bodies.size() + 1), S(0));
-        Eigen::Map<Mat3<S>>(placements_.data() + bodyPlaces * problem.bodies.size()).setIdentity();
+        resizeClosely(placements_, bodyPlaces * problem.bodies.size());
         problem.forEach(packs_.size(), [&](std::size_t n) {
             fillPack(problem, n);
             fill(problem, n);
@@ -208,7 +229,7 @@ void ContactLanes<S>::place(Problem<S>& problem) {
         Eigen::Map<Vec3<S>>(placements_.data() + bodyPlaces * i + 9) = placement.position;
     });
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
-        kernels.place(view(problem, nullptr), begin, end);
+        kernels.place(view(nullptr), begin, end);
     });
 }
 
@@ -285,7 +306,7 @@ void ContactLanes<S>::begin(Problem<S>& problem, ContactTermRule<S> rule, const 
         rule.warmStart = S(1);
     }
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
-        kernels.begin(view(problem, nullptr), begin, end, rule);
+        kernels.begin(view(nullptr), begin, end, rule);
     });
     if (rule.isFirst) {
         forPoints(problem, [&](const Pack&, std::size_t lane, std::size_t point, std::size_t row) {
@@ -297,7 +318,7 @@ void ContactLanes<S>::begin(Problem<S>& problem, ContactTermRule<S> rule, const 
 template <class S>
 void ContactLanes<S>::relax(const Problem<S>& problem, S* twists, S h) {
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
-        kernels.relax(view(problem, twists), begin, end, h);
+        kernels.relax(view(twists), begin, end, h);
     });
 }
 
@@ -305,7 +326,7 @@ template <class S>
 S ContactLanes<S>::push(const Problem<S>& problem, S* twists, const S* before, S slope) {
     terms_.resize(problem.points.size());
     forLevels(problem, [&](std::size_t begin, std::size_t end) {
-        contactKernels<S>().push(view(problem, twists), begin, end, before, terms_.data());
+        contactKernels<S>().push(view(twists), begin, end, before, terms_.data());
     });
     return problem.sum(problem.contacts.size(), slope, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
@@ -347,7 +368,7 @@ void ContactLanes<S>::scale(const Problem<S>& problem, S share) {
 template <class S>
 S ContactLanes<S>::sweep(const Problem<S>& problem, S* twists, S relaxation, S change) {
     forLevels(problem, [&](std::size_t begin, std::size_t end) {
-        contactKernels<S>().sweep(view(problem, twists), begin, end, relaxation, changes_.data());
+        contactKernels<S>().sweep(view(twists), begin, end, relaxation, changes_.data());
     });
     return problem.sum(changes_.size(), change, [&](std::size_t begin, std::size_t end) {
         S sum = 0;
@@ -379,7 +400,7 @@ void ContactLanes<S>::add(const Problem<S>& problem, const S* change) {
 template <class S>
 void ContactLanes<S>::store(Problem<S>& problem, S h) {
     forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
-        kernels.give(view(problem, nullptr), begin, end);
+        kernels.give(view(nullptr), begin, end);
     });
     if (!problem.keepsForces()) {
         return;

@@ -38,26 +38,19 @@ private:
 
     // Which contacts are a pack.
     void layOut(const Problem<S>& problem);
-    // What a pack has for the whole step: whose it is; frames, and no impulses.
+    // What a pack has for the whole step: whose it is; frames, places, and no impulses.
     void fillPack(const Problem<S>& problem, std::size_t pack);
     void fill(const Problem<S>& problem, std::size_t pack);
+    void placePoints(const Problem<S>& problem, const Pack& pack, std::size_t lane);
     bool isLaidOut(const Problem<S>& problem) const;
     // Calls visit(pack, lane, row among points_).
     template <class Visit>
     auto at(std::size_t contact, std::size_t point, const Visit& visit) const;
     static ContactFrame<S> frameAt(const Pack& pack, std::size_t lane);
     ContactRows<S> rowAt(std::size_t row, std::size_t lane, const Vec3<S>& apart) const;
-    ContactLanesView<S> view(const Problem<S>& problem, S* twists) {
-        static_assert(sizeof(PointPlaces<S>) == 6 * sizeof(S) && sizeof(RoundPlaces<S>) == 16 * sizeof(S));
-        return {packs_.data(),
-                points_.data(),
-                frames_.data(),
-                given_.data(),
-                problem.points.empty() ? nullptr : problem.places.front().onA.data(),
-                problem.rounds.empty() ? nullptr : problem.rounds.front().roundA.data(),
-                placements_.data(),
-                twists,
-                masses_};
+    ContactLanesView<S> view(S* twists) {
+        return {packs_.data(),  points_.data(),     frames_.data(), given_.data(), places_.data(),
+                rounds_.data(), placements_.data(), twists,         masses_};
     }
     // Calls visit(kernels, begin, end) over all packs.
     template <class Visit>
@@ -73,6 +66,8 @@ private:
     std::vector<Row> points_;
     std::vector<FramePack<S>> frames_;
     std::vector<GivenPack<S>> given_;
+    std::vector<PlacePack<S>> places_;
+    std::vector<RoundPack<S>> rounds_;
     std::vector<S> placements_;
     std::vector<std::size_t> ends_;         // of the levels, among packs_
     std::array<std::size_t, 3> laidOut_{};  // bodies, contacts and points of the problem

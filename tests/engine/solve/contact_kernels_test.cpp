@@ -22,24 +22,18 @@ struct Packs {
     explicit Packs(TestRandom& random)
         : rows(4 * count),
           given(4 * count),
-          places(6 * 4 * width * count),
-          rounds(16 * 4 * width * count),
-          placements(12 * (bodies + 1)),
+          places(4 * count),
+          rounds(4 * count),
+          placements(12 * bodies),
           twists(6 * bodies),
           masses(7 * bodies) {
-        for (S& place : places) {
-            place = static_cast<S>(random.uniform(-0.5, 0.5));
-        }
-        for (S& round : rounds) {
-            round = static_cast<S>(random.uniform(-0.1, 0.1));
-        }
         for (S& twist : twists) {
             twist = static_cast<S>(random.uniform(-1, 1));
         }
-        for (std::size_t body = 0; body <= bodies; ++body) {
+        for (std::size_t body = 0; body < bodies; ++body) {
             const Mat3<S> rotation = random.rotation().toRotationMatrix().template cast<S>();
             std::copy_n(rotation.data(), 9, placements.data() + 12 * body);
-            for (std::size_t n = 0; n < 7 && body > 0 && body < bodies; ++n) {
+            for (std::size_t n = 0; n < 7 && body > 0; ++n) {
                 masses[7 * body + n] = static_cast<S>(n < 4 ? random.uniform(0.5, 2) : random.uniform(-0.1, 0.1));
             }
         }
@@ -48,6 +42,7 @@ struct Packs {
             packs[n].count = 4;
             packs[n].lanes = width;
             packs[n].isRound = n > 0;
+            packs[n].firstRound = packs[n].firstRow;
             for (std::size_t lane = 0; lane < width; ++lane) {
                 fill(random, n, lane);
             }
@@ -66,11 +61,10 @@ struct Packs {
         pack.contact[lane] = static_cast<std::uint32_t>(width * n + lane);
         pack.firstPoint[lane] = 4 * pack.contact[lane];
         pack.points[lane] = static_cast<std::uint8_t>(isEmpty ? 0 : 4 - lane % 4);
-        pack.firstRound[lane] = pack.isRound && lane % 4 != 2 ? 4 * static_cast<int>(pack.contact[lane]) : -1;
         FramePack<S>& frame = frames[n];
-        frame.carrier[lane] = lane % 4 == 3   ? static_cast<typename ContactPack<S>::Index>(bodies)
-                              : lane % 4 == 1 ? pack.bodyB[lane]
-                                              : pack.bodyA[lane];
+        frame.carrier[lane] = static_cast<S>(lane % 4 == 3   ? FrameCarrier::World
+                                             : lane % 4 == 1 ? FrameCarrier::B
+                                                             : FrameCarrier::A);
         const Vec3d normal = random.direction();
         Vec3d across, along;
         completeBasis(normal, across, along);
@@ -82,6 +76,10 @@ struct Packs {
             PointPack<S>& row = rows[pack.firstRow + k];
             row.friction[lane] = static_cast<S>(random.uniform(0, 0.6));
             row.start[lane] = static_cast<S>(random.uniform(0, 2000));
+            put(places[pack.firstRow + k].onA, lane, random.vector(0.5));
+            put(places[pack.firstRow + k].onB, lane, random.vector(0.5));
+            put(rounds[pack.firstRow + k].onA, lane, random.vector(0.1));
+            put(rounds[pack.firstRow + k].onB, lane, random.vector(0.1));
             if (k < pack.points[lane]) {
                 put(row.impulse, lane, 0.1 * random.vector(1) + 0.5 * Vec3d::UnitX());
             }
@@ -130,7 +128,9 @@ struct Packs {
     std::array<FramePack<S>, count> frames{};
     std::vector<PointPack<S>> rows;
     std::vector<GivenPack<S>> given;
-    std::vector<S> places, rounds, placements, twists, masses;
+    std::vector<PlacePack<S>> places;
+    std::vector<RoundPack<S>> rounds;
+    std::vector<S> placements, twists, masses;
 };
 
 TEST(ContactKernels, SameBitsByEveryInstructionSet) {
