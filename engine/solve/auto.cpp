@@ -10,6 +10,8 @@ std::unique_ptr<Solver<S>> makeThriftyHybrid(const SolverSettings& settings);
 template <class S>
 std::unique_ptr<Solver<S>> makeThriftyGaussSeidel(const SolverSettings& settings);
 template <class S>
+std::unique_ptr<Solver<S>> makeHeapSweeps(const SolverSettings& settings);
+template <class S>
 std::unique_ptr<Solver<S>> makeNncg(const SolverSettings& settings);
 
 namespace {
@@ -19,8 +21,10 @@ constexpr double defaultDirectWork = 3e5;
 // What the sub-stepped sweeps of one row cost in a step, in block multiply-adds (a wall of 5050 boxes: 60,000 rows, 300
 // ms): where the sweeps are no cheaper, `direct` takes the island whatever its size.
 constexpr double sweptRow = 50;
-// Visits of a row in a sub-step of gauss_seidel, nncg and hybrid, at the least: of dolls, whose factor is small.
+// Visits of a row in a sub-step of gauss_seidel, with joints and without, of nncg and of hybrid, at the least: of
+// dolls, whose factor is small.
 constexpr double sweptVisits = 3;
+constexpr double heapVisits = 12;
 constexpr double conjugateVisits = 12;
 constexpr double hybridVisits = 30;
 // Work a row of an exact solution that takes as long as twice gauss_seidel of four sub-steps, 1.8 us; and work that any
@@ -97,6 +101,7 @@ Auto<S>::Auto(const SolverSettings& settings)
       direct_(std::make_unique<Direct<S>>(factored(settings))),
       hybrid_(makeThriftyHybrid<S>(settings)),
       gaussSeidel_(makeThriftyGaussSeidel<S>(settings)),
+      heaps_(makeHeapSweeps<S>(settings)),
       nncg_(makeNncg<S>(settings)) {}
 
 template <class S>
@@ -163,6 +168,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     }
     const Sweeper by = sweeper(problem, plan);
     const StepPlan asked = by.solver.plan(problem, state, dt);
+    affordable = asked.goesFar ? affordableSubsteps(sweptVisits) : affordable;
     const bool isCrowd = plan.reason == PlanReason::Crowded && settings_.def.substeps == 0;
     // What is held by joints alone, and has a factor over them in each sub-step, has as many as the knee pays for.
     const bool isJointsAlone = settings_.def.substeps == 0 && problem.contacts.empty() && state.sweptVisits > 0;
@@ -171,6 +177,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
                                         : asked.substeps;
     const int wanted = static_cast<int>(std::min<double>(asked.substeps, most));
     plan.guard = asked.guard;
+    plan.goesFar = asked.goesFar;
     plan.isTruncated = affordable < wanted;
     plan.substeps = plan.isTruncated ? std::max(1, static_cast<int>(affordable)) : wanted;
     return plan;
@@ -181,8 +188,10 @@ typename Auto<S>::Sweeper Auto<S>::sweeper(const Problem<S>& problem, const Step
     if (isJointed(problem) && !plan.sweepsJoints) {
         return {*hybrid_, hybridVisits};
     }
-    return plan.activeSetChanging || plan.sweepsJoints ? Sweeper{*gaussSeidel_, sweptVisits}
-                                                       : Sweeper{*nncg_, conjugateVisits};
+    if (!plan.activeSetChanging && !plan.sweepsJoints) {
+        return {*nncg_, conjugateVisits};
+    }
+    return problem.joints.empty() ? Sweeper{*heaps_, heapVisits} : Sweeper{*gaussSeidel_, sweptVisits};
 }
 
 template <class S>

@@ -27,7 +27,8 @@ private:
     SolverSettings settings_;
     std::unique_ptr<Direct<S>> direct_;
     std::unique_ptr<Solver<S>> hybrid_;
-    std::unique_ptr<Solver<S>> gaussSeidel_;
+    std::unique_ptr<Solver<S>> gaussSeidel_;  // with joints
+    std::unique_ptr<Solver<S>> heaps_;        // without: heap_sweeps.cpp
     std::unique_ptr<Solver<S>> nncg_;
     struct Sweeper {
         Solver<S>& solver;

@@ -38,24 +38,29 @@ constexpr int minConjugate = 6;
 constexpr double maxJointWork = 320;
 constexpr double thriftyJointWork = 240;
 constexpr int mostSubsteps = 4;
-// Of contacts and joints, while the bodies move and after. With three for four of the latter heaps of dolls are as
-// deep, for a tenth fewer visits; with two a doll that lands is as far off again from where fine steps say.
-constexpr int turns = 4;
+// Of contacts and joints, while the bodies move and after. With two of the latter a doll that lands is half as far
+// again from where fine steps say; with four of the former and of the latter heaps of dolls are as deep, for more
+// visits.
+constexpr int turns = 3;
 constexpr int relaxTurns = 3;
-// m, of what pins open by on arcs: less is not worth another solution.
+// m, of what pins open by on arcs: less is not worth another solution; and what opens farther is, while the bodies
+// move, up to so many.
 template <class S>
 constexpr S closedPins = S(2e-5);
+template <class S>
+constexpr S openPins = S(1e-3);
+constexpr int arcSolutions = 4;
 // m, by which turning would open joints in a sub-step, were they held along tangents: a quarter of this costs nets half
 // as much again and closes them no better at their worst; with four times as much those of 20 knots a side and more
 // open by 20 to 600 mm where they whip (docs/solvers.md, "The knee").
 template <class S>
 constexpr S worthASubstep = S(0.008);
 // m, of a point of contact, likewise: dolls that lie and shift take fewer visits and get no deeper than by four
-// sub-steps each; half of both costs a tenth more, for a deepest pair that is a tenth less deep (docs/solvers.md).
+// sub-steps each (docs/solvers.md).
 template <class S>
-constexpr S wayWorthASubstep = S(0.01);
+constexpr S wayWorthASubstep = S(0.015);
 template <class S>
-constexpr S depthWorthASubstep = S(0.0025);
+constexpr S depthWorthASubstep = S(0.0035);
 
 // m: how far apart the anchors of pins come in dt since their bodies turn, as they do at the start of the step. What
 // rows hold is the speed there, along tangents; from it they part by half the difference of their centripetal
@@ -111,7 +116,9 @@ template <class S>
 class Hybrid final : public ImpulseSolver<S> {
 public:
     Hybrid(const SolverSettings& settings, bool mayTakeFewer)
-        : ImpulseSolver<S>(stiff(settings), ContactForm::Compact, mostSubsteps, turns, contactPushOut()),
+        : ImpulseSolver<S>(
+              stiff(settings), ContactForm::Compact,
+              {.substeps = mostSubsteps, .iterations = turns, .relaxing = relaxTurns, .pushOut = contactPushOut()}),
           mayTakeFewer_(mayTakeFewer && settings.def.substeps == 0) {}
 
     SolveReport advance(Problem<S>& problem, S h) override {
@@ -137,11 +144,12 @@ public:
     }
 
 private:
-    // As one sweep a sub-step bears it. Stiffer, towers of ten wander here too, and landing dolls bounce off (half a
-    // second on they are 100 to 200 mm from where fine steps say, not 20). But what is deeper than anything that rests
-    // goes by a third of it more in each sub-step, at a speed that is no bounce.
+    // Half as stiff again as one sweep a sub-step bears it, so that dolls are a fifth less deep. Still stiffer, landing
+    // dolls bounce off: half a second on they are 82 mm from where fine steps say, not 67 (52 at two thirds). And what
+    // is deeper than anything that rests goes by two fifths of it more in each sub-step, at a speed that is no bounce.
     static auto contactPushOut() {
-        return typename ImpulseSolver<S>::PushOut{.deepShare = 0.3, .deepFrom = 0.003, .deepSpeed = 0.2};
+        return typename ImpulseSolver<S>::PushOut{
+            .phase = 0.75 * std::numbers::pi, .deepShare = 0.4, .deepFrom = 0.003, .deepSpeed = 0.2};
     }
     static SolverSettings stiff(SolverSettings settings) {
         settings.def.geometricStiffness = true;
@@ -171,9 +179,6 @@ private:
         return memory.isExact ? PushOutSpring<S>{S(1) / time, S(1) / regularisation<S>, maxSpeed}
                               : ImpulseSolver<S>::conjugatePushOut().spring(h, maxSpeed);
     }
-    int relaxing() const override {
-        return this->settings_.def.iterations > 0 ? ImpulseSolver<S>::relaxing() : relaxTurns;
-    }
     bool readsResponses(const Problem<S>& problem) const override { return isExact(problem); }
     void iterate(Problem<S>&, RowSystem<S>&, int) override { CAIRN_CHECK(false, "hybrid takes contacts in short"); }
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override {
@@ -181,28 +186,34 @@ private:
         if (isExact(problem) && problem.contacts.empty()) {
             problem.memory.hybrid->curvature.keep(problem, system.joints());
         }
-        alternate(problem, system, iterations, [&] { return problem.contacts.empty(); });
+        alternate(problem, system, 0, iterations, [&] { return problem.contacts.empty(); });
     }
     void iterateMoving(Problem<S>& problem, CompactSweeps<S>& system, int iterations, S h) override {
-        alternate(problem, system, iterations, [&] {
-            const S change = problem.memory.hybrid->curvature.renew(problem, system.joints(), h);
+        S change = 0;
+        const auto isSolved = [&] {
+            change = problem.memory.hybrid->curvature.renew(problem, system.joints(), h);
             return problem.contacts.empty() && change <= closedPins<S>;
-        });
+        };
+        alternate(problem, system, 0, iterations, isSolved);
+        if (change > openPins<S>) {
+            alternate(problem, system, iterations, arcSolutions, isSolved);
+        }
     }
     // Whether joints have a factor in this sub-step.
     static bool isExact(const Problem<S>& problem) { return !problem.rows.empty() && problem.memory.hybrid->isExact; }
-    // Contacts and joints in turn; isSolved() is asked before the second and later turns of joints.
+    // Contacts and joints in turn, from one turn to another; isSolved() is asked before the second and later turns of
+    // joints.
     template <class IsSolved>
-    static void alternate(Problem<S>& problem, CompactSweeps<S>& system, int iterations, const IsSolved& isSolved) {
+    static void alternate(Problem<S>& problem, CompactSweeps<S>& system, int from, int to, const IsSolved& isSolved) {
         const bool isJointed = !problem.rows.empty();
         if (isJointed && !isExact(problem)) {
-            conjugateSweeps<S>(system, problem, std::max(iterations, minConjugate));
+            conjugateSweeps<S>(system, problem, std::max(to, minConjugate));
             return;
         }
-        for (int iteration = 0; iteration < iterations; ++iteration) {
+        for (int turn = from; turn < to; ++turn) {
             system.sweepContacts(problem, S(1));
             if (isJointed) {
-                if (iteration > 0 && isSolved()) {
+                if (turn > 0 && isSolved()) {
                     break;
                 }
                 problem.memory.hybrid->joints.solve(problem, system.joints());

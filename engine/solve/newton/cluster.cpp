@@ -81,7 +81,8 @@ template <class S>
 class ClusterSolver final : public ImpulseSolver<S> {
 public:
     explicit ClusterSolver(const SolverSettings& settings)
-        : ImpulseSolver<S>(settings, ContactForm::Rows, 2, 2, {.phase = 5, .dampingRatio = 5}),
+        : ImpulseSolver<S>(settings, ContactForm::Rows,
+                           {.substeps = 2, .iterations = 2, .pushOut = {.phase = 5, .dampingRatio = 5}}),
           size_(settings.def.clusterSize > 0 ? settings.def.clusterSize : 16) {}
 
 private:

@@ -399,9 +399,8 @@ void ContactLanes<S>::add(const Problem<S>& problem, const S* change) {
 
 template <class S>
 void ContactLanes<S>::store(Problem<S>& problem, S h) {
-    forPacks(problem, [&](const auto& kernels, std::size_t begin, std::size_t end) {
-        kernels.give(view(nullptr), begin, end);
-    });
+    forPacks(problem,
+             [&](const auto& kernels, std::size_t begin, std::size_t end) { kernels.give(view(nullptr), begin, end); });
     if (!problem.keepsForces()) {
         return;
     }

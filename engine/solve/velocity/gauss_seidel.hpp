@@ -13,25 +13,23 @@ namespace cairn {
 template <class S>
 class GaussSeidel final : public ImpulseSolver<S> {
 public:
-    // The power iteration for the optimal xi asks for single rows. isThrifty: makeThriftyGaussSeidel().
-    explicit GaussSeidel(const SolverSettings& settings, bool isThrifty = false)
+    using Sweeps = typename ImpulseSolver<S>::Sweeps;
+    // The power iteration for the optimal xi asks for single rows, which are all pushed out alike. enough: sweeps of a
+    // sub-step end with one that changes so small a share of what the first one did (J).
+    GaussSeidel(const SolverSettings& settings, const Sweeps& sweeps, double enough = 0)
         : ImpulseSolver<S>(
               settings,
-              settings.def.relaxationRule == RelaxationRule::Optimal ? ContactForm::Rows : ContactForm::Compact, 8, 1,
-              isThrifty ? deepPushOut() : PushOut()),
-          mayTakeFewer_(isThrifty && settings.def.substeps == 0 &&
-                        settings.def.relaxationRule != RelaxationRule::Optimal) {}
-    StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override;
+              settings.def.relaxationRule == RelaxationRule::Optimal ? ContactForm::Rows : ContactForm::Compact,
+              sweeps),
+          enough_(static_cast<S>(enough)) {}
 
 private:
-    using PushOut = typename ImpulseSolver<S>::PushOut;
-    static PushOut deepPushOut();
     void iterate(Problem<S>& problem, RowSystem<S>& system, int iterations) override;
     void iterate(Problem<S>& problem, CompactSweeps<S>& system, int iterations) override;
     template <class System>
     void sweep(Problem<S>& problem, System& system, S relaxation, int iterations) const;
 
-    bool mayTakeFewer_;  // not on single rows, which are all pushed out alike
+    S enough_;
 };
 
 // Spectral radius of the Jacobi iteration of `system` over rows that are in no bound, by `iterations` of power

@@ -56,7 +56,7 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
         problem.respond();
     }
     system.readBodies(problem);
-    iterate(problem, system, relaxing());
+    iterate(problem, system, relaxing_);
 
     system.writeBodies(problem);
     system.store(problem, h);

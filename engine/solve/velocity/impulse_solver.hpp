@@ -39,12 +39,22 @@ public:
     };
     // As stiff as sweeps with conjugate directions bear, six and more a sub-step.
     static PushOut conjugatePushOut() { return {.phase = 5, .dampingRatio = 5}; }
-    ImpulseSolver(const SolverSettings& settings, ContactForm form, int substeps, int iterations, PushOut pushOut = {})
+    // What a solver takes where the settings ask for nothing else.
+    struct Sweeps {
+        int substeps;
+        int iterations;
+        // Without push-out, after the bodies have moved. They have nothing to start from but the pushed-out answer: one
+        // leaves visible speed in four-point contacts.
+        int relaxing = 2;
+        PushOut pushOut = {};
+    };
+    ImpulseSolver(const SolverSettings& settings, ContactForm form, const Sweeps& sweeps)
         : settings_(settings),
-          substeps_(settings.def.substeps > 0 ? settings.def.substeps : substeps),
-          iterations_(settings.def.iterations > 0 ? settings.def.iterations : iterations),
+          substeps_(settings.def.substeps > 0 ? settings.def.substeps : sweeps.substeps),
+          iterations_(settings.def.iterations > 0 ? settings.def.iterations : sweeps.iterations),
+          relaxing_(settings.def.iterations > 0 ? std::max(2, settings.def.iterations) : sweeps.relaxing),
           form_(form),
-          pushOut_(pushOut) {}
+          pushOut_(sweeps.pushOut) {}
     SolveReport advance(Problem<S>& problem, S h) override {
         return form_ == ContactForm::Compact ? advanceWith<CompactSweeps<S>>(problem, h)
                                              : advanceWith<RowSweeps<S>>(problem, h);
@@ -54,9 +64,6 @@ public:
     }
     // A sub-step of ContactForm::Compact begins. Gives the spring of the joints: `spring` is that of the contacts.
     virtual PushOutSpring<S> begin(Problem<S>&, const PushOutSpring<S>& spring, S) { return spring; }
-    // Iterations without push-out, after the bodies have moved. They have nothing to start from but the pushed-out
-    // answer: one leaves visible speed in four-point contacts.
-    virtual int relaxing() const { return std::max(2, iterations_); }
     // Whether iterate() reads what Problem::responses hold beside delassus.
     virtual bool readsResponses(const Problem<S>&) const { return form_ == ContactForm::Rows; }
     // Lowers the error of `system` by `iterations` sweeps; the second of those with ContactForm::Compact alone.
@@ -71,6 +78,7 @@ protected:
     SolverSettings settings_;
     int substeps_;
     int iterations_;
+    int relaxing_;
 
 private:
     template <class System>

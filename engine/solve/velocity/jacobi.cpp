@@ -13,7 +13,8 @@ namespace {
 template <class S>
 class Jacobi final : public ImpulseSolver<S> {
 public:
-    explicit Jacobi(const SolverSettings& settings) : ImpulseSolver<S>(settings, ContactForm::Rows, 8, 4) {}
+    explicit Jacobi(const SolverSettings& settings)
+        : ImpulseSolver<S>(settings, ContactForm::Rows, {.substeps = 8, .iterations = 4, .relaxing = 4}) {}
 
 private:
     using ImpulseSolver<S>::iterate;

@@ -18,7 +18,8 @@ template <class S>
 class Nncg final : public ImpulseSolver<S> {
 public:
     explicit Nncg(const SolverSettings& settings)
-        : ImpulseSolver<S>(settings, ContactForm::Compact, 4, 6, pushOutFor(settings.def)) {}
+        : ImpulseSolver<S>(settings, ContactForm::Compact,
+                           {.substeps = 4, .iterations = 6, .relaxing = 6, .pushOut = pushOutFor(settings.def)}) {}
 
 private:
     static typename ImpulseSolver<S>::PushOut pushOutFor(const SolverNumbers& def) {

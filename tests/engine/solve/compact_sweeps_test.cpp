@@ -16,7 +16,8 @@ namespace {
 class Sweeper final : public ImpulseSolver<double> {
 public:
     Sweeper(const SolverSettings& settings, ContactForm form, bool conjugate)
-        : ImpulseSolver<double>(settings, form, 1, 6), conjugate_(conjugate) {}
+        : ImpulseSolver<double>(settings, form, {.substeps = 1, .iterations = 6, .relaxing = 6}),
+          conjugate_(conjugate) {}
 
 private:
     void iterate(Problem<double>& problem, RowSystem<double>& system, int iterations) override {

@@ -52,7 +52,7 @@ struct Fall {
     }
 };
 
-// One for each 10 mm that a point goes at or along what it touches, and for each 2.5 mm that one is deep.
+// One for each 15 mm that a point goes at or along what it touches, and for each 3.5 mm that one is deep.
 TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
     Fall fall;
     int lying = 0;
@@ -78,9 +78,9 @@ TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
         }
         if (speed < 0.1) {
             ++lying;
-            notByDepth += island.substeps == std::clamp(static_cast<int>(std::ceil(depth / 2.5e-3)), 1, 4) ? 0 : 1;
+            notByDepth += island.substeps == std::clamp(static_cast<int>(std::ceil(depth / 3.5e-3)), 1, 4) ? 0 : 1;
         }
-        if (approach > 1.8) {
+        if (approach > 2.7) {
             ++landing;
             fewerThanFour += island.substeps < 4 ? 1 : 0;
         }
