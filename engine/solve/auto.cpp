@@ -21,8 +21,8 @@ constexpr double defaultDirectWork = 3e5;
 // What the sub-stepped sweeps of one row cost in a step, in block multiply-adds (a wall of 5050 boxes: 60,000 rows, 300
 // ms): where the sweeps are no cheaper, `direct` takes the island whatever its size.
 constexpr double sweptRow = 50;
-// Visits of a row in a sub-step of gauss_seidel, with joints and without, of nncg and of hybrid, at the least: of
-// dolls, whose factor is small.
+// Visits of a row in a sub-step, at the least: of gauss_seidel, of heaps that take few sub-steps, of nncg, and of
+// hybrid on dolls, whose factor is small.
 constexpr double sweptVisits = 3;
 constexpr double heapVisits = 12;
 constexpr double conjugateVisits = 12;
