@@ -46,6 +46,19 @@ double reuseBound(const PairContacts<S>& pair, double wanted, double smallerRadi
     return rolls ? std::min(bound, rolling) : bound;
 }
 
+// By how much faces that meet are off the parallel, at least: m a m, between the points that were found.
+template <class S>
+double tilt(const ContactManifold<S>& manifold) {
+    double steepest = 0;
+    const auto points = manifold.found();
+    for (std::size_t k = 1; k < points.size(); ++k) {
+        const double way = (points[k].onA - points[0].onA).norm();
+        const double rise = std::abs(points[k].foundSeparation - points[0].foundSeparation);
+        steepest = way > 0 ? std::max(steepest, rise / way) : steepest;
+    }
+    return steepest;
+}
+
 // Whether the manifolds still say how the bodies lie. ahead: m, what can be closed within the step.
 template <class S>
 bool holds(const PairContacts<S>& pair, const Moved& moved, double ahead, const SpeculativeBounds& speculative,
@@ -56,6 +69,12 @@ bool holds(const PairContacts<S>& pair, const Moved& moved, double ahead, const 
     // What lies within the speculative bounds of this step must be among the known points.
     if (moved.distance > reuseBound(pair, speculative.reuseDistance, smallerRadius) ||
         moved.distance + ahead > pair.margin) {
+        return false;
+    }
+    // m: points at the rims of faces move with them, and along what tilts that shows in the depth.
+    constexpr double unseen = 5e-10;
+    if (std::any_of(pair.manifolds.begin(), pair.manifolds.end(),
+                    [&](const ContactManifold<S>& manifold) { return moved.distance * tilt(manifold) > unseen; })) {
         return false;
     }
     // m: where points were left out, a turn may make one of them the deepest.

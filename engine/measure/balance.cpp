@@ -153,6 +153,7 @@ void Balance<S>::takeBack(Problem<S>& problem, SolveReport& report) {
         squared += residual;
     }
     kineticEnergy_ = most_;
+    report.isTamed = true;
     report.residualMomentum += static_cast<double>(std::sqrt(squared));
 }
 

@@ -15,6 +15,7 @@ SolveReport& SolveReport::operator+=(const SolveReport& o) {
     tooLong = tooLong || o.tooLong;
     residual = std::max(residual, o.residual);
     energyGained += o.energyGained;
+    isTamed = isTamed || o.isTamed;
     energyChange += o.energyChange;
     energyInPlay = std::max(energyInPlay, o.energyInPlay);
     momentumDefect += o.momentumDefect;

@@ -176,6 +176,15 @@ struct Problem {
         return b.v.template head<3>() + b.v.template tail<3>().cross(b.pose.rotation * at.onB) -
                a.v.template head<3>() - a.v.template tail<3>().cross(a.pose.rotation * at.onA);
     }
+    // (m/s)^2, of its points against what they meet.
+    S fastestSquared(const ProblemContact<S>& contact) const {
+        S fastest = 0;
+        for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
+            const ContactGeometry<S> at = geometryOf(contact, static_cast<std::size_t>(i));
+            fastest = std::max(fastest, velocityAt(contact, at).squaredNorm());
+        }
+        return fastest;
+    }
     ContactFrame<S> frameOf(const ProblemContact<S>& contact) const {
         return rowKeeper == nullptr ? frames[placeOf(contact)] : rowKeeper->frameOf(placeOf(contact));
     }

@@ -41,6 +41,7 @@ struct SolveReport {
     double momentumDefect = 0;    // N s
     double forces = 0;            // N, on all bodies, of the last sub-step
     double residualMomentum = 0;  // sqrt(J), of the worst sub-step
+    bool isTamed = false;         // what energy a sub-step made of nothing was taken out of the bodies' speeds again
 
     bool gainsEnergy() const { return !(energyGained <= shareGained * energyInPlay); }
     SolveReport& operator+=(const SolveReport& o);

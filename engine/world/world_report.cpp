@@ -76,7 +76,7 @@ void World<S>::Impl::record(const Island& island, const IslandState& state) {
     // nothing.
     constexpr double maxSunk = 0.002;  // m a step
     counts.unconverged += s.unconverged || std::max(e.sunk, e.stretched) > maxSunk ? 1 : 0;
-    counts.energetic += s.gainsEnergy() ? 1 : 0;
+    counts.energetic += s.gainsEnergy() || s.isTamed ? 1 : 0;
     StepError& error = report.error;
     error.maxPenetration = std::max(error.maxPenetration, e.maxPenetration);
     error.maxJointGap = std::max(error.maxJointGap, e.maxJointGap);

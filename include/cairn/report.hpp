@@ -78,7 +78,7 @@ struct StepCounts {
     double work = 0;           // visits of rows in solvers; a multiply-add of 6x6 blocks counts as nine
     int truncated = 0;         // islands whose solution AccuracyDef::maxWork, or a budget, truncated
     int unconverged = 0;       // islands left above tolerance, or sinking
-    int energetic = 0;         // islands that gained energy from nothing
+    int energetic = 0;         // islands that gained energy from nothing, or a sub-step of which had it taken back
     int solves = 0;            // IslandReport's, together
     int ccdBodies = 0;         // fast bodies whose motion was searched for what they would pass through
     int ccdHeldBodies = 0;     // of those and the bodies jointed to them, held back before something

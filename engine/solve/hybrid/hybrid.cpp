@@ -87,11 +87,10 @@ S worthOfContacts(const Problem<S>& problem, S dt) {
     S fastest = 0;  // (m/s)^2
     S deepest = 0;
     for (const ProblemContact<S>& contact : problem.contacts) {
-        for (int k = 0; k < contact.count; ++k) {
-            const std::size_t i = static_cast<std::size_t>(contact.firstPoint + k);
-            fastest = std::max(fastest, problem.velocityAt(contact, problem.geometryOf(contact, i)).squaredNorm());
-            deepest = std::max(deepest, -problem.points[i].separation);
-        }
+        fastest = std::max(fastest, problem.fastestSquared(contact));
+    }
+    for (const ProblemPoint<S>& point : problem.points) {
+        deepest = std::max(deepest, -point.separation);
     }
     return std::max(dt * std::sqrt(fastest) / wayWorthASubstep<S>, deepest / depthWorthASubstep<S>);
 }
@@ -195,7 +194,7 @@ private:
             return problem.contacts.empty() && change <= closedPins<S>;
         };
         alternate(problem, system, 0, iterations, isSolved);
-        if (change > openPins<S>) {
+        if (this->settings_.def.iterations == 0 && change > openPins<S>) {
             alternate(problem, system, iterations, arcSolutions, isSolved);
         }
     }

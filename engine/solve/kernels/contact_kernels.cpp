@@ -101,7 +101,7 @@ void place(const ContactLanesView<S>& view, std::size_t begin, std::size_t end) 
                 Vector<D> onA = a.turned(load(d, at.onA, lane));
                 Vector<D> onB = b.turned(load(d, at.onB, lane));
                 if (pack.isRound) {
-                    const RoundPack<S>& round = view.rounds[pack.firstRound + k];
+                    const PlacePack<S>& round = view.rounds[pack.firstRound + k];
                     onA = onA + load(d, round.onA, lane);
                     onB = onB + load(d, round.onB, lane);
                 }

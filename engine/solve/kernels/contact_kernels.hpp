@@ -31,7 +31,7 @@ struct alignas(64) ContactPack {
     std::uint32_t firstRow = 0;  // of the PointPacks, one for each of `count` points
     std::uint32_t count = 0;
     std::uint32_t lanes = 0;  // that have a contact: the first ones
-    // Not all lanes are flat. The RoundPacks of such a pack begin here, one for each of `count` points.
+    // Not all lanes are flat. Its ContactLanesView::rounds begin here, one for each of `count` points.
     bool isRound = false;
     std::uint32_t firstRound = 0;
 };
@@ -70,18 +70,9 @@ struct alignas(64) FramePack {
     S rule[width];     // an ArmRule
 };
 
-// Where a point of each contact of a pack lies for the step, m: on a and on b, each from its centre of mass, in its
-// axes, without the round parts. Of lanes without one anything.
+// A place on a and one on b, m, for a point of each contact of a pack. Of lanes without one anything.
 template <class S>
 struct alignas(64) PlacePack {
-    static constexpr std::size_t width = ContactPack<S>::width;
-
-    S onA[3][width];
-    S onB[3][width];
-};
-// And the round parts, in the world's axes at the start of the step.
-template <class S>
-struct alignas(64) RoundPack {
     static constexpr std::size_t width = ContactPack<S>::width;
 
     S onA[3][width];
@@ -104,8 +95,10 @@ struct ContactLanesView {
     PointPack<S>* points;
     const FramePack<S>* frames;  // by pack
     GivenPack<S>* given;         // by PointPack
-    const PlacePack<S>* places;  // likewise
-    const RoundPack<S>* rounds;
+    // For the step: likewise, from the centres of mass, in the bodies' axes, without the round parts; and of packs that
+    // are not all flat these, in the world's axes at the start of the step.
+    const PlacePack<S>* places;
+    const PlacePack<S>* rounds;
     const S* placements;  // twelve a body: columns of its rotation and position, m
     S* twists;            // six a body
     const S* masses;      // seven a body: 1/kg, and of the inverse inertia in world axes xx, yy, zz, xy, xz, yz

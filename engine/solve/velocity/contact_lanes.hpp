@@ -67,7 +67,7 @@ private:
     std::vector<FramePack<S>> frames_;
     std::vector<GivenPack<S>> given_;
     std::vector<PlacePack<S>> places_;
-    std::vector<RoundPack<S>> rounds_;
+    std::vector<PlacePack<S>> rounds_;
     std::vector<S> placements_;
     std::vector<std::size_t> ends_;         // of the levels, among packs_
     std::array<std::size_t, 3> laidOut_{};  // bodies, contacts and points of the problem

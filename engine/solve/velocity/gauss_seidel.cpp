@@ -110,14 +110,11 @@ std::unique_ptr<Solver<S>> makeGaussSeidel(const SolverSettings& settings) {
     return std::make_unique<GaussSeidel<S>>(settings, typename GaussSeidel<S>::Sweeps{.substeps = 8, .iterations = 1});
 }
 
-// What is deeper than anything that rests is pushed out faster. From 2 mm on struck towers would get three times the
-// energy from nothing; at 2 m/s struck walls twice as much.
 template <class S>
 std::unique_ptr<Solver<S>> makeThriftyGaussSeidel(const SolverSettings& settings) {
     return std::make_unique<GaussSeidel<S>>(
         settings,
-        typename GaussSeidel<S>::Sweeps{
-            .substeps = 8, .iterations = 1, .pushOut = {.deepShare = 0.5, .deepFrom = 0.005, .deepSpeed = 1}});
+        typename GaussSeidel<S>::Sweeps{.substeps = 8, .iterations = 1, .pushOut = GaussSeidel<S>::deepPushOut(0.5)});
 }
 
 template class GaussSeidel<float>;

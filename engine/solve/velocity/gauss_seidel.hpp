@@ -14,6 +14,10 @@ template <class S>
 class GaussSeidel final : public ImpulseSolver<S> {
 public:
     using Sweeps = typename ImpulseSolver<S>::Sweeps;
+    using PushOut = typename ImpulseSolver<S>::PushOut;
+    // What is deeper than anything that rests goes faster, by `share` of it in each sub-step. From 2 mm on struck
+    // towers would get three times the energy from nothing; at 2 m/s struck walls twice as much.
+    static PushOut deepPushOut(double share) { return {.deepShare = share, .deepFrom = 0.005, .deepSpeed = 1}; }
     // The power iteration for the optimal xi asks for single rows, which are all pushed out alike. enough: sweeps of a
     // sub-step end with one that changes so small a share of what the first one did (J).
     GaussSeidel(const SolverSettings& settings, const Sweeps& sweeps, double enough = 0)

@@ -2,8 +2,8 @@
 // what surrounds the visits; so these take two sub-steps of ten sweeps, on springs as stiff as those bear: heaps are
 // less deep than by six sub-steps of one and two sweeps, for less time, and struck pyramids sag no more. Stiffer
 // springs make these sag again. What goes far wants sub-steps: a wall into which a ball is shot takes the blow as one
-// piece where few of them solve it closely, and its bricks end twice as far from where fine steps say
-// (docs/solvers.md, "The knee").
+// piece where few of them solve it closely, and its bricks end nearly twice as far from where fine steps
+// say (docs/solvers.md, "The knee").
 #include "engine/solve/velocity/gauss_seidel.hpp"
 
 namespace cairn {
@@ -23,13 +23,7 @@ bool goesFar(const Problem<S>& problem, S dt) {
     };
     return std::any_of(problem.contacts.begin(), problem.contacts.end(), [&](const ProblemContact<S>& contact) {
         const S squared = std::min(thickness(contact.a), thickness(contact.b)) / (dt * dt);
-        for (int i = contact.firstPoint; i < contact.firstPoint + contact.count; ++i) {
-            const std::size_t point = static_cast<std::size_t>(i);
-            if (problem.velocityAt(contact, problem.geometryOf(contact, point)).squaredNorm() > squared) {
-                return true;
-            }
-        }
-        return false;
+        return problem.fastestSquared(contact) > squared;
     });
 }
 
@@ -37,19 +31,9 @@ template <class S>
 class HeapSweeps final : public Solver<S> {
 public:
     explicit HeapSweeps(const SolverSettings& settings)
-        : near_(settings,
-                {.substeps = 2,
-                 .iterations = 10,
-                 .pushOut = {.phase = std::numbers::pi,
-                             .dampingRatio = 5,
-                             .deepShare = 0.85,
-                             .deepFrom = 0.005,
-                             .deepSpeed = 1}},
-                1e-3),
-          far_(settings, {.substeps = 6,
-                          .iterations = 2,
-                          .relaxing = 1,
-                          .pushOut = {.deepShare = 0.5, .deepFrom = 0.005, .deepSpeed = 1}}) {}
+        : near_(settings, {.substeps = 2, .iterations = 10, .pushOut = stiffPushOut()}, enough),
+          far_(settings, {.substeps = 6, .iterations = 2, .relaxing = 1, .pushOut = GaussSeidel<S>::deepPushOut(0.5)}) {
+    }
     StepPlan plan(Problem<S>& problem, const ControllerState& state, S dt) const override {
         const bool isFar = goesFar(problem, dt);
         StepPlan plan = (isFar ? far_ : near_).plan(problem, state, dt);
@@ -61,6 +45,14 @@ public:
     }
 
 private:
+    static constexpr double enough = 1e-3;
+    static auto stiffPushOut() {
+        auto pushOut = GaussSeidel<S>::deepPushOut(0.85);
+        pushOut.phase = std::numbers::pi;
+        pushOut.dampingRatio = 5;
+        return pushOut;
+    }
+
     GaussSeidel<S> near_;
     GaussSeidel<S> far_;
 };

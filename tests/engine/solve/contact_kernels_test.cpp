@@ -129,7 +129,7 @@ struct Packs {
     std::vector<PointPack<S>> rows;
     std::vector<GivenPack<S>> given;
     std::vector<PlacePack<S>> places;
-    std::vector<RoundPack<S>> rounds;
+    std::vector<PlacePack<S>> rounds;
     std::vector<S> placements, twists, masses;
 };
 

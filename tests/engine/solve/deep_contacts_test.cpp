@@ -37,8 +37,9 @@ TEST(DeepContacts, ArePushedOutWithoutABounce) {
 }
 
 struct Heap {
-    double deepest = 0;  // m, in the mean of the steps
-    double work = 0;     // visits
+    double deepest = 0;   // m, in the mean of the steps
+    double work = 0;      // visits
+    double substeps = 0;  // of the largest island
 };
 
 // Layers of bricks and balls let go into a bin, as `throwing` turns and shifts them.
@@ -62,6 +63,9 @@ Heap fall(const SolverDef& solver, int throwing) {
         const StepReport& report = world.step(dt);
         heap.deepest += report.error.maxPenetration / steps;
         heap.work += report.counts.work;
+        const auto larger = [](const IslandReport& a, const IslandReport& b) { return a.rows < b.rows; };
+        const auto largest = std::max_element(report.islands.begin(), report.islands.end(), larger);
+        heap.substeps += largest == report.islands.end() ? 0 : largest->substeps;
     }
     return heap;
 }
@@ -75,11 +79,14 @@ TEST(DeepContacts, HeapsLieLessDeepForAsManyVisits) {
         const Heap other = fall(GaussSeidelDef{}, throwing);
         heap.deepest += one.deepest / 4;
         heap.work += one.work;
+        heap.substeps += one.substeps;
         sweeps.deepest += other.deepest / 4;
         sweeps.work += other.work;
+        sweeps.substeps += other.substeps;
     }
     expectBelow("deepest of auto over that of gauss_seidel", heap.deepest / sweeps.deepest, 0.95);
     expectBelow("visits of auto over those of gauss_seidel", heap.work / sweeps.work, 1.15);
+    expectBelow("sub-steps likewise", heap.substeps / sweeps.substeps, 0.44);
 }
 
 // Sub-steps of the swept steps, none of them halved, of a wall of bricks into which a ball goes.
