@@ -37,16 +37,20 @@ Aabb localBounds(const Shape& shape) {
 
 Aabb boundsOfHull(const Hull& hull, const Mat3d& rotation, const Vec3d& position) {
     Aabb box;
-    int low = 0;
-    int high = 0;
-    for (int i = 0; i < 3; ++i) {
-        const Vec3d axis = rotation.row(i).transpose();  // world axis i in the shape's frame
-        low = supportVertex(hull, -axis, low);
-        high = supportVertex(hull, axis, high);
-        box.min[i] = position[i] + axis.dot(hull.vertices[static_cast<std::size_t>(low)]);
-        box.max[i] = position[i] + axis.dot(hull.vertices[static_cast<std::size_t>(high)]);
+    if (isScanned(hull)) {
+        box = hull.vertexGroups.extents(rotation);  // its rows are the world's axes in the shape's frame
+    } else {
+        int low = 0;
+        int high = 0;
+        for (int i = 0; i < 3; ++i) {
+            const Vec3d axis = rotation.row(i).transpose();
+            low = supportVertex(hull, -axis, low);
+            high = supportVertex(hull, axis, high);
+            box.min[i] = axis.dot(hull.vertices[static_cast<std::size_t>(low)]);
+            box.max[i] = axis.dot(hull.vertices[static_cast<std::size_t>(high)]);
+        }
     }
-    return box;
+    return {position + box.min, position + box.max};
 }
 
 // A half-space has an end only along a world axis that its normal lies along exactly: ground planes do, and need not

@@ -14,8 +14,7 @@ namespace {
 
 // How far a vertex may lie off a face's plane, or beyond it, relative to the hull's size.
 constexpr double planeTolerance = 1e-6;
-// Up to here a plain scan of the vertices is faster than walking along edges.
-constexpr std::size_t scanLimit = 64;
+constexpr std::size_t scanLimit = 64;  // vertices
 
 using Loop = std::vector<int>;
 using DirectedEdges = std::map<std::array<int, 2>, int>;  // (from, to) -> face
@@ -318,8 +317,12 @@ void depthsBehind(const Hull& hull, const Vec3d& point, std::vector<double>& out
     }
 }
 
+bool isScanned(const Hull& hull) {
+    return hull.vertices.size() <= scanLimit;
+}
+
 int supportVertex(const Hull& hull, const Vec3d& direction, int start) {
-    if (hull.vertices.size() <= scanLimit) {
+    if (isScanned(hull)) {
         return hull.vertexGroups.farthest(direction);
     }
     int best = start;

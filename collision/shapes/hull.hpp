@@ -29,6 +29,8 @@ struct Hull {
 // vertices that are then no corner are left out.
 Hull makeHull(std::vector<Vec3d> vertices, std::vector<std::vector<int>> faces);
 
+// Whether it is so small that all its vertices are looked at, which is faster than to walk along its edges.
+bool isScanned(const Hull& hull);
 // Index of the vertex farthest along `direction`: of small hulls the first such one of all, of large ones by hill
 // climbing from `start`, where ties go to the lowest index reached.
 int supportVertex(const Hull& hull, const Vec3d& direction, int start = 0);

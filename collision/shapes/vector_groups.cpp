@@ -74,8 +74,26 @@ void dots(const double* numbers, std::size_t groups, const double* v, double* ou
     }
 }
 
+void extents(const double* numbers, std::size_t groups, const double* axes, double* out) {
+    const Lanes d;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Direction along(axes + 3 * axis);
+        auto least = along.dot(numbers);
+        auto most = least;
+        for (std::size_t g = 0; g < groups; ++g) {
+            for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d)) {
+                const auto one = along.dot(numbers + 3 * lanes * g + lane);
+                least = hn::Min(least, one);
+                most = hn::Max(most, one);
+            }
+        }
+        out[axis] = hn::GetLane(hn::MinOfLanes(d, least));
+        out[3 + axis] = hn::GetLane(hn::MaxOfLanes(d, most));
+    }
+}
+
 VectorGroupKernels groupKernels() {
-    return {hwy::TargetName(HWY_TARGET), farthest, dots};
+    return {hwy::TargetName(HWY_TARGET), farthest, dots, extents};
 }
 
 }  // namespace HWY_NAMESPACE
@@ -124,6 +142,13 @@ int VectorGroups::farthest(const Vec3d& direction) const {
 void VectorGroups::dots(const Vec3d& v, std::vector<double>& out) const {
     out.resize(groups_.size() / 3);
     best().dots(groups_.data(), groups_.size() / (3 * lanes), v.data(), out.data());
+}
+
+Aabb VectorGroups::extents(const Mat3d& axes) const {
+    const Mat3d byRow = axes.transpose();
+    double out[6];
+    best().extents(groups_.data(), groups_.size() / (3 * lanes), byRow.data(), out);
+    return {{out[0], out[1], out[2]}, {out[3], out[4], out[5]}};
 }
 
 }  // namespace cairn

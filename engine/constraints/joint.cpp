@@ -1,5 +1,4 @@
 #include "engine/constraints/joint.hpp"
-#include "engine/model/gyroscopics.hpp"
 
 #include <numbers>
 
@@ -106,8 +105,7 @@ void applySoftness(Joint<S>& joint, const Softness& s, const BodyTable<S>& bodie
             return j.template head<3>().squaredNorm() / body.kind->mass;
         }
         const Vec3<S> angular = body.pose.rotation.conjugate() * Vec3<S>(j.template tail<3>());
-        return j.template head<3>().squaredNorm() / body.kind->mass +
-               angular.dot(inverseOf<S>(body.kind->inertia) * angular);
+        return j.template head<3>().squaredNorm() / body.kind->mass + angular.dot(body.kind->inverseInertia * angular);
     };
     for (std::size_t k = 0; k < rows.size(); ++k) {
         const Row<S>& row = rows[k];

@@ -96,7 +96,7 @@ void Balance<S>::close(Problem<S>& problem, S h, SolveReport& report) {
     force_ = balance ? S(0) : force_;
     addJoints(problem, h, balance, sums);
     // Contacts add no energy, unless what moves by itself takes part.
-    if (balance || sums.drives) {
+    if (!problem.contacts.empty() && (balance || sums.drives)) {
         addContacts(problem, h, balance, sums);
     }
     // Loads that stand still do work of either sign within the solver's tolerance; that is its error, not energy from

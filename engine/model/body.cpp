@@ -110,6 +110,7 @@ void weigh(BodyKind<S>& kind, const std::string& name) {
                              " times the smallest, or less slender shapes");
     }
     kind.inertia = properties.inertia.cast<S>();
+    kind.inverseInertia = inverseOf(kind.inertia);
     // A ball or a cube has no gyroscopic term; nothing is paid for it there.
     const double mean = properties.inertia.trace() / 3;
     kind.gyroscopic = (properties.inertia - mean * Mat3d::Identity()).cwiseAbs().maxCoeff() > 1e-9 * mean;
@@ -209,8 +210,8 @@ Body<S> BodyMaker<S>::make(const BodyDef& def) {
     body.kind = kindOf(def);
     const BodyKind<S>& kind = *body.kind;
     body.pose = body.home();
-    if (!body.pose.isFinite() || (body.isDynamic() && !(kind.mass > S(0) && std::isfinite(kind.mass) &&
-                                                        (def.particle || inverseOf<S>(kind.inertia).allFinite())))) {
+    if (!body.pose.isFinite() ||
+        (body.isDynamic() && !(kind.mass > S(0) && std::isfinite(kind.mass) && kind.inverseInertia.allFinite()))) {
         throw InputError(name, "a position, mass or inertia beyond the range of this world's numbers",
                          "use World<double>, or metres and kilograms");
     }

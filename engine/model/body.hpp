@@ -23,12 +23,13 @@ struct BodyKind {
     S mass = 0;                             // 0: fixed
     double givenMass = 0;                   // kg, the same in full digits; of what is not dynamic as given
     Mat3<S> inertia = Mat3<S>::Zero();      // about the centre of mass, body axes
-    bool gyroscopic = false;                // its inertia differs between axes, so that w turns by itself
-    bool locked = false;                    // has an axis lock
-    double radius = 0;                      // m, farthest point from the centre of mass
-    double innerRadius = 0;                 // m, least of its shapes'
-    double coreRadius = 0;                  // m, the same, of fixed bodies too; 0 of what has no inside or no end
-    double room = 0;                        // its like that could be within its reach, a ball of twice its radius
+    Mat3<S> inverseInertia = Mat3<S>::Zero();  // 1/(kg m2), of what is fixed or a particle 0
+    bool gyroscopic = false;                   // its inertia differs between axes, so that w turns by itself
+    bool locked = false;                       // has an axis lock
+    double radius = 0;                         // m, farthest point from the centre of mass
+    double innerRadius = 0;                    // m, least of its shapes'
+    double coreRadius = 0;                     // m, the same, of fixed bodies too; 0 of what has no inside or no end
+    double room = 0;                           // its like that could be within its reach, a ball of twice its radius
     double turningRadius = 0;  // m: turning by an angle moves no point that matters farther than angle times this
     // m: moved farther than this within a step, it gets continuous collision; and contacts look no farther ahead than
     // its radius.

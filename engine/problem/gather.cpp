@@ -2,7 +2,6 @@
 #include "base/resize.hpp"
 #include "engine/contacts/crowds.hpp"
 #include "engine/contacts/internal_edges.hpp"
-#include "engine/model/gyroscopics.hpp"
 #include "engine/problem/colouring.hpp"
 
 #include <algorithm>
@@ -34,9 +33,7 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionS
     s.inverseMass = S(1) / body.kind->mass;
     s.localInertia = body.kind->inertia;
     s.particle = body.kind->def.particle;
-    if (!s.particle) {
-        s.localInverseInertia = inverseOf<S>(body.kind->inertia);
-    }
+    s.localInverseInertia = body.kind->inverseInertia;
     s.tolerance = body.kind->def.tolerance;
     s.force << body.kind->mass * static_cast<S>(body.kind->def.gravityScale) * motion.gravity + body.force(),
         body.torque();
@@ -122,8 +119,26 @@ int Gatherer<S>::placeAmong(const std::vector<int>& fixed, std::uint32_t body) c
 }
 
 template <class S>
+bool Gatherer<S>::isAlone() const {
+    return island_.bodies.size() == 1 && island_.joints.empty() && island_.pairs.empty() &&
+           !world_.bodies[island_.lowest()].kind->locked;
+}
+
+template <class S>
+void Gatherer<S>::gatherAlone() {
+    const std::uint32_t index = island_.lowest();
+    problem_.isDriven = island_.isDriven;
+    problem_.isOfCrowd = isOfCrowd(world_.contacts.crowd(), index);
+    problem_.bodies.push_back(solverBody(index, world_.bodies[index], world_.motion));
+}
+
+template <class S>
 void Gatherer<S>::gather() {
     problem_.clear();
+    if (isAlone()) {
+        gatherAlone();
+        return;
+    }
     const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
     problem_.jobs = island_.isLarge() ? world_.jobs : nullptr;
     problem_.isDriven = island_.isDriven;
@@ -375,6 +390,9 @@ void Gatherer<S>::handContactsBack() {
 
 template <class S>
 void Gatherer<S>::handBack() {
+    if (problem_.isFree()) {
+        return;
+    }
     handContactsBack();
     auto lambda = problem_.jointLambda.begin();
     std::size_t next = 0;  // block

@@ -371,7 +371,7 @@ bool StepController<S>::solveAtRest(S dt, Solution& solution, NarrowCounts& narr
 
 template <class S>
 Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
-    if (!settles_) {
+    if (!settles_ && !island_.pairs.empty()) {
         foreseeContacts<S>(world_.contacts, island_.pairs, world_.bodies, dt, request_.narrowPhase, *world_.jobs,
                            narrow);
     }

@@ -1,5 +1,4 @@
 #include "engine/world/held_joints.hpp"
-#include "engine/model/gyroscopics.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -28,7 +27,7 @@ struct InverseMass {
         linear = S(1) / body.kind->mass;
         if (!body.kind->def.particle) {
             const Mat3<S> R = body.pose.rotation.toRotationMatrix();
-            angular = R * inverseOf<S>(body.kind->inertia) * R.transpose();
+            angular = R * body.kind->inverseInertia * R.transpose();
         }
     }
     Vec6<S> operator*(const Vec6<S>& impulse) const {

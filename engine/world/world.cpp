@@ -1,5 +1,4 @@
 #include "engine/model/describe.hpp"
-#include "engine/model/gyroscopics.hpp"
 #include "engine/world/world_impl.hpp"
 
 #include <algorithm>
@@ -371,7 +370,7 @@ void World<S>::applyImpulse(BodyId id, const Vec3<S>& impulse, const Vec3<S>& po
     const Vec3<S> v = b.v + impulse / b.kind->mass;
     Vec3<S> w = b.w;
     if (!b.kind->def.particle) {
-        w += R * inverseOf<S>(b.kind->inertia) * R.transpose() * (point - b.pose.position).cross(impulse);
+        w += R * b.kind->inverseInertia * R.transpose() * (point - b.pose.position).cross(impulse);
     }
     given.field("impulse, the speed after it", Vec3d(v.template cast<double>()), bodySpeedRule);
     given.field("impulse, the spin after it", Vec3d(w.template cast<double>()), bodySpinRule);

@@ -212,12 +212,26 @@ TEST(VectorGroups, SameBitsByEveryInstructionSet) {
             EXPECT_EQ(groups.farthest(to), farthest);
             std::vector<double> dots;
             groups.dots(to, dots);
+            Mat3d axes;
+            axes << to.transpose(), vectorWithin(random, 1).transpose(), -to.transpose();
+            const Aabb box = groups.extents(axes);
+            for (int axis = 0; axis < 3; ++axis) {
+                std::vector<double> alongAxis;
+                groups.dots(axes.row(axis).transpose(), alongAxis);
+                EXPECT_EQ(box.min[axis], *std::ranges::min_element(alongAxis));
+                EXPECT_EQ(box.max[axis], *std::ranges::max_element(alongAxis));
+            }
+            const Mat3d byRow = axes.transpose();
             for (const VectorGroupKernels& kernels : allVectorGroupKernels()) {
                 EXPECT_EQ(kernels.farthest(numbers.data(), numbers.size() / 24, to.data()), farthest)
                     << kernels.instructionSet;
                 std::vector<double> mine(numbers.size() / 3);
                 kernels.dots(numbers.data(), numbers.size() / 24, to.data(), mine.data());
                 EXPECT_EQ(mine, dots) << kernels.instructionSet;
+                double ends[6];
+                kernels.extents(numbers.data(), numbers.size() / 24, byRow.data(), ends);
+                EXPECT_EQ((Vec3d(ends[0], ends[1], ends[2])), box.min) << kernels.instructionSet;
+                EXPECT_EQ((Vec3d(ends[3], ends[4], ends[5])), box.max) << kernels.instructionSet;
             }
             for (std::size_t i = 0; i < vectors.size(); ++i) {
                 EXPECT_EQ(dots[i], along(vectors[i]));
