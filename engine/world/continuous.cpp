@@ -51,6 +51,7 @@ struct ContinuousRoom {
     struct Met {
         double fraction = noMeeting;
         bool isExact = true;
+        bool goesThere = true;  // itself, and is not run over from behind
     };
 
     // A body that has a part: its motion through the step as far as it is let go, and what tells in a few
@@ -354,6 +355,20 @@ private:
         if (meet(first) && asksFast && asksOther) {
             meet(!first);
         }
+        if (e.isMutual) {
+            leaveToWhoComes(e.ofFast, e.ofOther);
+            leaveToWhoComes(e.ofOther, e.ofFast);
+        }
+    }
+
+    // Who is run over from behind would be run over the sooner if it were held back for that.
+    static void leaveToWhoComes(Met& met, Met& ofOther) {
+        if (met.fraction < noMeeting && !met.goesThere) {
+            if (met.fraction < ofOther.fraction) {
+                ofOther = {met.fraction, met.isExact, true};
+            }
+            met = {};
+        }
     }
 
     Met ask(const Trajectory& fast, const Trajectory& other) const {
@@ -363,7 +378,12 @@ private:
         settings.slackShare = mostSlackShare;
         const auto impact = timeOfImpact(bodies_[fast.body].kind->shapes(), fast.motion,
                                          bodies_[other.body].kind->shapes(), other.motion, settings);
-        return impact ? Met{impact->fraction, impact->isExact} : Met{};
+        if (!impact) {
+            return {};
+        }
+        const Vec3d centre = fast.centre + impact->fraction * fast.motion.displacement;
+        const Vec3d way = fast.motion.displacement + fast.motion.turn.cross(impact->point - centre);
+        return {impact->fraction, impact->isExact, way.dot(impact->normal) > 0};
     }
 
     // What each fast body meets first; of several at the same time the lowest.

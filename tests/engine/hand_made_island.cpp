@@ -31,7 +31,8 @@ BodyId HandMadeIsland::add(const BodyDef& def) {
     }
     if (!s.fixed && !s.particle) {
         s.localInertia = kind->inertia;
-        s.localInverseInertia = kind->inertia.inverse();
+        kind->inverseInertia = kind->inertia.inverse();
+        s.localInverseInertia = kind->inverseInertia;
         s.refreshInertia();
     }
     return table_.add(std::move(body));

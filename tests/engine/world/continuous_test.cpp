@@ -1,4 +1,5 @@
 // Continuous collision: shots at walls, none passes; and what is not fast is not asked.
+#include "engine/world/continuous.hpp"
 #include "tests/engine/engine_kit.hpp"
 
 namespace cairn {
@@ -138,6 +139,43 @@ TEST(Continuous, FastBodiesMeetEachOther) {
         }
         EXPECT_NEAR((motionOf(world).momentum - before).norm(), 0, 1e-9 * before.norm() + 1e-6);
     }
+}
+
+// Of two that have met each other one is run into from behind in the same step: held back for that too, it would be run
+// over the sooner, and both would hang in the air.
+TEST(Continuous, WhoIsRunIntoFromBehindGoesOn) {
+    const auto endOf = [](bool isFollowed) {
+        BodyMaker<double> maker(1);
+        BodyTable<double> bodies;
+        const JointTable<double> joints;
+        BroadPhase boxes(0.1);
+        std::vector<Before<double>> before;
+        std::vector<std::uint32_t> fast;
+        const auto add = [&](const BodyDef& def, double way) {
+            const std::uint32_t i = bodies.add(maker.make(def)).index;
+            before.push_back({.position = def.position});
+            bodies[i].pose.position.y() -= way;
+            boxes.add(i, boxOfWay(bodies[i], before[i], 1.0 / 60), false);
+            fast.push_back(i);
+            return i;
+        };
+        const std::uint32_t under = add({.shapes = {sphere(0.2)}, .position = Vec3d(0, -0.24, 0)}, -0.1);
+        const std::uint32_t front = add({.shapes = {sphere(0.2)}, .position = Vec3d(0, 0.33, 0)}, 0.23);
+        const std::uint32_t behind =
+            isFollowed ? add({.shapes = {sphere(0.47)}, .position = Vec3d(0, 1.0011, 0)}, 0.27) : front;
+        const std::shared_ptr<JobSystem> jobs = makeTbbJobSystem(1);
+        boxes.update();
+        std::shared_ptr<ContinuousRoom> room;
+        collideContinuously<double>(
+            bodies, fast, joints, boxes, [](ProxyId, ProxyId) { return true; }, before, Vec3d::Zero(), 1.0 / 60, {},
+            room, *jobs);
+        const auto height = [&](std::uint32_t i) { return bodies[i].pose.position.y(); };
+        return std::array{height(under), height(front), height(behind)};
+    };
+    const auto [under, front, behind] = endOf(true);
+    EXPECT_EQ(front, endOf(false)[1]);
+    expectBelow("gap between those in front, m", front - under - 0.4, 0.0012);
+    expectBelow("depth of the two in each other, m", front + 0.67 - behind, 0.06);
 }
 
 TEST(Continuous, BulletBounces) {
