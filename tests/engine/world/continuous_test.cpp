@@ -175,7 +175,7 @@ TEST(Continuous, WhoIsRunIntoFromBehindGoesOn) {
     const auto [under, front, behind] = endOf(true);
     EXPECT_EQ(front, endOf(false)[1]);
     expectBelow("gap between those in front, m", front - under - 0.4, 0.0012);
-    expectBelow("depth of the two in each other, m", front + 0.67 - behind, 0.06);
+    expectBelow("gap to the one behind, m", behind - front - 0.67, 0.0012);
 }
 
 TEST(Continuous, BulletBounces) {
