@@ -119,27 +119,8 @@ int Gatherer<S>::placeAmong(const std::vector<int>& fixed, std::uint32_t body) c
 }
 
 template <class S>
-bool Gatherer<S>::isAlone() const {
-    return island_.bodies.size() == 1 && island_.joints.empty() && island_.pairs.empty() &&
-           !world_.bodies[island_.lowest()].kind->locked;
-}
-
-template <class S>
-void Gatherer<S>::gatherAlone() {
-    const std::uint32_t index = island_.lowest();
-    problem_.isDriven = island_.isDriven;
-    problem_.isOfCrowd = isOfCrowd(world_.contacts.crowd(), index);
-    problem_.bodies.push_back(solverBody(index, world_.bodies[index], world_.motion));
-}
-
-template <class S>
 void Gatherer<S>::gather() {
     problem_.clear();
-    if (isAlone()) {
-        gatherAlone();
-        return;
-    }
-    const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
     problem_.jobs = island_.isLarge() ? world_.jobs : nullptr;
     problem_.isDriven = island_.isDriven;
     problem_.isOfCrowd = std::any_of(island_.bodies.begin(), island_.bodies.end(),
@@ -154,6 +135,12 @@ void Gatherer<S>::gather() {
         const std::uint32_t i = island_.bodies[k];
         problem_.bodies[k] = solverBody(i, world_.bodies[i], world_.motion);
     });
+    // One body that nothing holds or may touch: heaps that fall have hundreds.
+    if (island_.bodies.size() == 1 && island_.joints.empty() && island_.pairs.empty() &&
+        !world_.bodies[island_.lowest()].kind->locked) {
+        return;
+    }
+    const FixedPlaces<S> places(problem_, world_.bodies.slotCount());
     for (const std::uint32_t j : island_.joints) {
         const Joint<S>& joint = world_.joints[j];
         std::array<int, 4> body{-1, -1, -1, -1};
@@ -390,9 +377,6 @@ void Gatherer<S>::handContactsBack() {
 
 template <class S>
 void Gatherer<S>::handBack() {
-    if (problem_.isFree()) {
-        return;
-    }
     handContactsBack();
     auto lambda = problem_.jointLambda.begin();
     std::size_t next = 0;  // block

@@ -77,9 +77,6 @@ private:
     ContactManifold<S>& manifoldOf(const ProblemContact<S>& contact) const {
         return world_.contacts.pairs()[contact.pair].manifolds[contact.manifold];
     }
-    // Whether it is one body that nothing holds or may touch, of which heaps that fall have hundreds.
-    bool isAlone() const;
-    void gatherAlone();
     void placeFixedBodies();
     void fillContacts();
     // In the order of pairs, without their points.
