@@ -4,8 +4,7 @@
 # A precompiled header only serves files that are compiled as it was:
 # - Libraries have -fPIC and programs -fPIE, and a library's definitions, such as GoogleTest's, must be there when it is
 #   made. Other definitions and warnings may differ.
-# - g++ takes the optimisation level from it and says nothing: a file with an -O3 of its own would be compiled with -O2.
-#   Such files are left out by SKIP_PRECOMPILE_HEADERS; tests have a level of their own, and so has their header.
+# - g++ takes the optimisation level from it and says nothing: tests have a level of their own, and so has their header.
 # - clang cannot read g++'s: clang-tidy works on a build folder with CMAKE_DISABLE_PRECOMPILE_HEADERS=ON, which also
 #   finds files that do not include what they use.
 # - ccache must be told not to mind what it cannot see: CCACHE_SLOPPINESS=pch_defines,time_macros (CMakeLists.txt).

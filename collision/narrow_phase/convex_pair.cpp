@@ -8,7 +8,7 @@ namespace {
 
 // A direction that takes overlapping shapes apart, with the points of the cores that touch last along it.
 struct SeparatingDirection {
-    Vec3d n;
+    Vec3d n = Vec3d::Zero();
     double depth = 1e300;
     GjkAnswer touch;
 };

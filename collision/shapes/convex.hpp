@@ -18,7 +18,8 @@ struct Convex {
     Vec3d size = Vec3d::Zero();          // as in Shape
     double radius = 0;                   // m, around the core
     const Hull* hull = nullptr;          // Hull only
-    std::array<Vec3d, 3> corners{};      // triangle only, in the work frame
+    // Triangle only, in the work frame.
+    std::array<Vec3d, 3> corners = {Vec3d::Zero(), Vec3d::Zero(), Vec3d::Zero()};
     bool placed = false;                 // false: the work frame is the shape's own, rotation and position are unused
     Mat3d rotation = Mat3d::Identity();  // work frame from shape frame
     Vec3d position = Vec3d::Zero();

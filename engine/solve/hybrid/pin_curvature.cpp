@@ -31,10 +31,8 @@ void PinCurvature<S>::begin(const Problem<S>& problem) {
             !std::all_of(row, row + 3, [](const Row<S>& one) { return one.isHardEquality(); })) {
             continue;
         }
-        Pin& pin = pins_.emplace_back(Pin{block.a, block.b, block.first, block.armA, block.armB, {}});
-        for (std::size_t r = 0; r < 3; ++r) {
-            pin.axes[r] = row[static_cast<std::ptrdiff_t>(r)].b.template head<3>();
-        }
+        const auto axis = [&](std::ptrdiff_t r) -> Vec3<S> { return row[r].b.template head<3>(); };
+        pins_.push_back({block.a, block.b, block.first, block.armA, block.armB, {axis(0), axis(1), axis(2)}});
     }
 }
 

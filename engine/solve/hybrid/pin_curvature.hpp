@@ -8,6 +8,8 @@
 // sub-step loses the part of the last speed that no longer lies along the tangent, (h w)^2 of its energy.
 #include "engine/solve/velocity/row_sweeps.hpp"
 
+#include <array>
+
 namespace cairn {
 
 template <class S>
@@ -36,7 +38,7 @@ private:
         int a, b;  // bodies
         int row;   // the first of three
         Vec3<S> armA, armB;
-        Vec3<S> axes[3];                  // of the rows
+        std::array<Vec3<S>, 3> axes;      // of the rows
         Vec3<S> speed = Vec3<S>::Zero();  // q / h, m/s, as the rows have it
     };
 
