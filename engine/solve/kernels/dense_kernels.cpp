@@ -2,6 +2,7 @@
 #include "base/vector_targets.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/solve/kernels/dense_kernels.cpp"
@@ -144,27 +145,30 @@ void add(DenseRows out, DenseView term, std::size_t rows, std::size_t columns) {
 template <std::size_t count>
 HWY_INLINE void subtractDotsOf(double* out, DenseRows matrix, const double* x, std::size_t columns) {
     constexpr std::size_t sums = 8;
+    constexpr std::size_t width = hn::MaxLanes(Lanes());
+    constexpr std::size_t parts = sums / width;
     const Lanes d;
-    const std::size_t width = hn::Lanes(d);
-    double sum[count][sums] = {};
+    hn::Vec<Lanes> lanes[count][parts];
+    for (std::size_t r = 0; r < count; ++r) {
+        for (std::size_t part = 0; part < parts; ++part) {
+            lanes[r][part] = hn::Zero(d);
+        }
+    }
     std::size_t c = 0;
-    for (std::size_t part = 0; part < sums; part += width) {
-        hn::Vec<Lanes> lanes[count];
-        for (std::size_t r = 0; r < count; ++r) {
-            lanes[r] = hn::Zero(d);
-        }
-        for (c = 0; c + sums <= columns; c += sums) {
-            const auto shared = hn::LoadU(d, x + c + part);
+    for (; c + sums <= columns; c += sums) {
+        for (std::size_t part = 0; part < parts; ++part) {
+            const auto shared = hn::LoadU(d, x + c + part * width);
             for (std::size_t r = 0; r < count; ++r) {
-                lanes[r] = hn::Add(lanes[r], hn::Mul(hn::LoadU(d, matrix.at + r * matrix.rowStep + c + part), shared));
+                const auto row = hn::LoadU(d, matrix.at + r * matrix.rowStep + c + part * width);
+                lanes[r][part] = hn::Add(lanes[r][part], hn::Mul(row, shared));
             }
-        }
-        for (std::size_t r = 0; r < count; ++r) {
-            hn::StoreU(lanes[r], d, sum[r] + part);
         }
     }
     for (std::size_t r = 0; r < count; ++r) {
-        double* s = sum[r];
+        double s[sums];
+        for (std::size_t part = 0; part < parts; ++part) {
+            hn::StoreU(lanes[r][part], d, s + part * width);
+        }
         for (std::size_t k = c; k < columns; ++k) {
             s[k - c] += matrix.at[r * matrix.rowStep + k] * x[k];
         }
@@ -173,14 +177,17 @@ HWY_INLINE void subtractDotsOf(double* out, DenseRows matrix, const double* x, s
 }
 
 void subtractDots(double* out, DenseRows matrix, const double* x, std::size_t rows, std::size_t columns) {
-    constexpr std::size_t tile = 4;
     std::size_t r = 0;
-    for (; r + tile <= rows; r += tile) {
-        subtractDotsOf<tile>(out + r, {matrix.at + r * matrix.rowStep, matrix.rowStep}, x, columns);
+    const auto take = [&](auto count) {
+        for (; r + count <= rows; r += count) {
+            subtractDotsOf<count>(out + r, {matrix.at + r * matrix.rowStep, matrix.rowStep}, x, columns);
+        }
+    };
+    if constexpr (hn::MaxLanes(Lanes()) >= 4) {
+        take(std::integral_constant<std::size_t, 4>());
     }
-    for (; r < rows; ++r) {
-        subtractDotsOf<1>(out + r, {matrix.at + r * matrix.rowStep, matrix.rowStep}, x, columns);
-    }
+    take(std::integral_constant<std::size_t, 2>());
+    take(std::integral_constant<std::size_t, 1>());
 }
 
 DenseKernels kernels() {

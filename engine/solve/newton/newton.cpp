@@ -104,7 +104,7 @@ S ContactNewton<S>::gradient(const Problem<S>& problem, const std::vector<S>& im
 
 // Moves v along `step` to where the slope of f vanishes, or nearly: f is convex, so the slope rises along the line.
 template <class S>
-void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S>& u,
+void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S>& impulse,
                                   const std::vector<Vec6<S>>& step) {
     std::vector<Vec6<S>> wide(problem.bodies.size(), Vec6<S>::Zero());
     S linear = 0;
@@ -119,17 +119,20 @@ void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S
     std::vector<S> du;
     rowVelocities(problem, wide, du);
     system.visits += du.size();
-    along_.resize(u.size());
-    const auto slope = [&](S alpha) {
-        problem.forEach(u.size(), [&](std::size_t i) { along_[i] = u[i] + alpha * du[i]; });
-        respond(problem, along_, trial_);
+    along_.resize(u_.size());
+    const auto slopeWith = [&](S alpha, const std::vector<S>& answer) {
         S value = linear + alpha * quadratic;
-        for (std::size_t i = 0; i < u.size(); ++i) {
-            value -= du[i] * trial_[i];
+        for (std::size_t i = 0; i < du.size(); ++i) {
+            value -= du[i] * answer[i];
         }
         return value;
     };
-    const S start = slope(S(0));
+    const auto slope = [&](S alpha) {
+        problem.forEach(du.size(), [&](std::size_t i) { along_[i] = u_[i] + alpha * du[i]; });
+        respond(problem, along_, trial_);
+        return slopeWith(alpha, trial_);
+    };
+    const S start = slopeWith(S(0), impulse);
     S alpha = S(1);
     S value = slope(alpha);
     const S enough = S(0.05) * std::abs(start);
@@ -260,13 +263,11 @@ S ContactNewton<S>::merit(const Problem<S>& problem, const std::vector<S>& impul
     return value;
 }
 
-// One step of Newton from the twists as they are, with the rows that carry a load in `loads` taken as shut and the
-// others as open, whatever their speeds say. Moves system.v.
+// One step of Newton from the twists as last evaluated, with the rows that carry a load in `loads` taken as shut and the
+// others as open, whatever their speeds say. Moves system.v, unless there is no factor.
 template <class S>
-bool ContactNewton<S>::stepWith(const Problem<S>& problem, const std::vector<S>& loads, NewtonReport& report) {
-    std::vector<Vec6<S>> g;
-    std::vector<S> impulse;
-    evaluate(problem, impulse, g);
+bool ContactNewton<S>::stepWith(const Problem<S>& problem, const std::vector<S>& loads, std::vector<S>& impulse,
+                                std::vector<Vec6<S>>& g, NewtonReport& report) {
     if (!factorise(problem, loads, report)) {
         return false;
     }
@@ -297,10 +298,9 @@ bool ContactNewton<S>::stepWith(const Problem<S>& problem, const std::vector<S>&
 // Whether all contacts hold, and stick: what stands as it was put up. Two hundred boxes one on another are answered so
 // at once, where their sweeps tell the lowest nothing of the load in a hundred iterations.
 template <class S>
-bool ContactNewton<S>::guessStanding(const Problem<S>& problem, NewtonReport& report) {
+std::optional<S> ContactNewton<S>::guessStanding(const Problem<S>& problem, std::vector<S>& impulse,
+                                                 std::vector<Vec6<S>>& g, NewtonReport& report) {
     constexpr S answered = S(1e-3);  // of the gradient
-    std::vector<Vec6<S>> g;
-    std::vector<S> impulse;
     momentumVelocity(problem);
     centre_ = system.p;
     const std::vector<Vec6<S>> before = system.v;
@@ -313,19 +313,23 @@ bool ContactNewton<S>::guessStanding(const Problem<S>& problem, NewtonReport& re
             loads[first] = S(1);
         }
     }
-    if (stepWith(problem, loads, report) && evaluate(problem, impulse, g) <= answered * asked) {
-        return true;
+    if (stepWith(problem, loads, impulse, g, report)) {
+        if (const S left = evaluate(problem, impulse, g); left <= answered * asked) {
+            return left;
+        }
     }
     system.v = before;
-    return false;
+    return {};
 }
 
 template <class S>
-void ContactNewton<S>::guess(const Problem<S>& problem, Start start, bool standing, NewtonReport& report) {
+S ContactNewton<S>::guess(const Problem<S>& problem, Start start, bool standing, std::vector<S>& impulse,
+                          std::vector<Vec6<S>>& g, NewtonReport& report) {
     if (start == Start::Sweeps) {
-        if (standing && problem.blocks.size() - at(problem.jointBlocks) >= manyPoints &&
-            guessStanding(problem, report)) {
-            return;
+        if (standing && problem.blocks.size() - at(problem.jointBlocks) >= manyPoints) {
+            if (const std::optional<S> left = guessStanding(problem, impulse, g, report)) {
+                return *left;
+            }
         }
         for (int k = 0; k < guessSweeps; ++k) {
             system.sweep(problem, S(1));
@@ -338,18 +342,18 @@ void ContactNewton<S>::guess(const Problem<S>& problem, Start start, bool standi
         startDeSaxce(problem, system.v, false);
     }
     centre_ = system.p;
-    std::vector<Vec6<S>> g;
-    std::vector<S> impulse;
-    evaluate(problem, impulse, g);
+    const S asked = evaluate(problem, impulse, g);
     const S swept = merit(problem, impulse);
     const std::vector<Vec6<S>> before = system.v;
-    if (!stepWith(problem, system.p, report)) {
-        return;
+    if (!stepWith(problem, system.p, impulse, g, report)) {
+        return asked;
     }
-    evaluate(problem, impulse, g);
-    if (!(merit(problem, impulse) < swept)) {
-        system.v = before;
+    const S left = evaluate(problem, impulse, g);
+    if (merit(problem, impulse) < swept) {
+        return left;
     }
+    system.v = before;
+    return evaluate(problem, impulse, g);
 }
 
 template <class S>
@@ -418,21 +422,20 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     // them instead of sharing it (minimum norm, theory 5.7).
     const bool contacts = static_cast<std::size_t>(problem.jointBlocks) < problem.blocks.size();
     const bool cold = contacts && !options.goesOn && report.residual > nearAnswer;
-    guess(problem,
-          options.heap ? Start::ConjugateSweeps
-          : cold       ? Start::Sweeps
-                       : Start::Given,
-          options.standing, report);
-
     std::vector<Vec6<S>> g;
     std::vector<S> impulse;
+    S left = guess(problem,
+                   options.heap ? Start::ConjugateSweeps
+                   : cold       ? Start::Sweeps
+                                : Start::Given,
+                   options.standing, impulse, g, report);
     std::vector<S> settled;  // impulses of the last correction that was solved
     std::vector<S> centred;  // and of the last centre, with their residual
     double centredResidual = std::numeric_limits<double>::infinity();
     double residualBefore = std::numeric_limits<double>::infinity();
     int deSaxceUpdates = 0;
     while (report.iterations < options.maxIterations) {
-        if (evaluate(problem, impulse, g) <= static_cast<S>(target)) {
+        if (left <= static_cast<S>(target)) {
             // This centre's problem is solved: has the bias of the regularisation gone, and does sliding still dilate?
             system.p = impulse;
             const std::vector<Vec6<S>> newton = system.v;
@@ -461,7 +464,8 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
             break;
         }
         newtonStep(problem, g, report);
-        lineSearch(problem, u_, g);
+        lineSearch(problem, impulse, g);
+        left = evaluate(problem, impulse, g);
     }
     if (report.converged) {
         // The iterations ran out on a later correction: the last one that was solved stands.
@@ -469,7 +473,7 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
         momentumVelocity(problem);
         return report;
     }
-    evaluate(problem, system.p, g);
+    system.p = impulse;
     momentumVelocity(problem);
     report.residual = residual(problem);
     if (centredResidual < std::min(report.residual, options.enough)) {

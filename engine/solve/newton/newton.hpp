@@ -17,6 +17,8 @@
 #include "engine/solve/newton/sparse_factor.hpp"
 #include "engine/solve/velocity/sweep.hpp"
 
+#include <optional>
+
 namespace cairn {
 
 struct NewtonOptions {
@@ -131,11 +133,16 @@ private:
     void newtonStep(const Problem<S>& problem, std::vector<Vec6<S>>& g, NewtonReport& report);
     S merit(const Problem<S>& problem, const std::vector<S>& impulse) const;
     enum class Start { Given, Sweeps, ConjugateSweeps };
-    void guess(const Problem<S>& problem, Start start, bool standing, NewtonReport& report);
-    bool guessStanding(const Problem<S>& problem, NewtonReport& report);
-    bool stepWith(const Problem<S>& problem, const std::vector<S>& loads, NewtonReport& report);
+    // Leaves the impulses and the gradient of the twists that it finds, and answers as evaluate() does.
+    S guess(const Problem<S>& problem, Start start, bool standing, std::vector<S>& impulse, std::vector<Vec6<S>>& g,
+            NewtonReport& report);
+    std::optional<S> guessStanding(const Problem<S>& problem, std::vector<S>& impulse, std::vector<Vec6<S>>& g,
+                                   NewtonReport& report);
+    bool stepWith(const Problem<S>& problem, const std::vector<S>& loads, std::vector<S>& impulse,
+                  std::vector<Vec6<S>>& g, NewtonReport& report);
     S gradient(const Problem<S>& problem, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
-    void lineSearch(const Problem<S>& problem, const std::vector<S>& u, const std::vector<Vec6<S>>& step);
+    // `impulse`: of the twists as last evaluated.
+    void lineSearch(const Problem<S>& problem, const std::vector<S>& impulse, const std::vector<Vec6<S>>& step);
 
     static constexpr int guessSweeps = 10;  // of Gauss-Seidel, from which a cold start takes its first active set
     static constexpr std::size_t manyPoints =
