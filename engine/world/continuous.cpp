@@ -37,7 +37,6 @@ double slackOf(double innerRadius) {
 }
 
 constexpr double noMeeting = 2;  // as a fraction of the step
-constexpr double noDepth = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = UINT32_MAX;
 constexpr std::size_t chunkSize = 16;  // fast bodies in one job; the same for any number of threads
 // m: twice that within which timeOfImpact finds depths, and the distance from which on it finds nothing near.
@@ -104,9 +103,9 @@ struct Held {
     Motion motion;
 };
 
-// How deep (m) a fast body may get in another one.
-double depthLeft(const Trajectory& fast, const Trajectory& other) {
-    return std::min(slackOf(fast.inner), mostSlackShare * std::min(fast.inner, other.inner));
+// How deep (m) two bodies may get in each other: as the thinner one bears.
+double depthLeft(const Trajectory& a, const Trajectory& b) {
+    return slackOf(std::min(a.inner, b.inner));
 }
 
 // Whether their boxes, and balls about their centres of mass, get deeper in each other than `depth` (m; below 0: come
@@ -337,23 +336,32 @@ private:
         if (!asksFast && !asksOther) {
             return;
         }
-        const double depth =
-            std::min(asksFast ? depthLeft(fast, other) : noDepth, asksOther ? depthLeft(other, fast) : noDepth);
+        const double depth = depthLeft(fast, other);
         // What touches at the start may sink by a third of the depth.
         const double least = depth / 3 - tolerance;
         if (!mayMeet(fast, other, fast.isSingle && other.isSingle ? depth - tolerance : -nearby) ||
             distanceMoved(fast, other) < least || distanceMoved(other, fast) < least) {
             return;
         }
-        const auto meet = [&](bool isFast) {
-            Met& met = isFast ? e.ofFast : e.ofOther;
-            met = isFast ? ask(fast, other) : ask(other, fast);
-            return met.fraction < noMeeting;
+        ImpactSettings settings;
+        settings.gap = std::min(settings.gap, 0.5 * std::min(fast.inner, other.inner));
+        settings.slack = depth;
+        settings.slackShare = mostSlackShare;
+        const auto impact = timeOfImpact(bodies_[fast.body].kind->shapes(), fast.motion,
+                                         bodies_[other.body].kind->shapes(), other.motion, settings);
+        if (!impact) {
+            return;
+        }
+        const auto metBy = [&](const Trajectory& t, double side) -> Met {
+            const Vec3d centre = t.centre + impact->fraction * t.motion.displacement;
+            const Vec3d way = t.motion.displacement + t.motion.turn.cross(impact->point - centre);
+            return {impact->fraction, impact->isExact, side * way.dot(impact->normal) > 0};
         };
-        // Where the thinner one gets no deeper than it may, neither does the other one, which may more.
-        const bool first = asksFast && (!asksOther || fast.inner <= other.inner);
-        if (meet(first) && asksFast && asksOther) {
-            meet(!first);
+        if (asksFast) {
+            e.ofFast = metBy(fast, 1);
+        }
+        if (asksOther) {
+            e.ofOther = metBy(other, -1);
         }
         if (e.isMutual) {
             leaveToWhoComes(e.ofFast, e.ofOther);
@@ -369,21 +377,6 @@ private:
             }
             met = {};
         }
-    }
-
-    Met ask(const Trajectory& fast, const Trajectory& other) const {
-        ImpactSettings settings;
-        settings.gap = std::min(settings.gap, 0.5 * fast.inner);
-        settings.slack = slackOf(fast.inner);
-        settings.slackShare = mostSlackShare;
-        const auto impact = timeOfImpact(bodies_[fast.body].kind->shapes(), fast.motion,
-                                         bodies_[other.body].kind->shapes(), other.motion, settings);
-        if (!impact) {
-            return {};
-        }
-        const Vec3d centre = fast.centre + impact->fraction * fast.motion.displacement;
-        const Vec3d way = fast.motion.displacement + fast.motion.turn.cross(impact->point - centre);
-        return {impact->fraction, impact->isExact, way.dot(impact->normal) > 0};
     }
 
     // What each fast body meets first; of several at the same time the lowest.
