@@ -15,9 +15,9 @@ namespace cairn {
 // capsule, the shape itself otherwise.
 struct Convex {
     ShapeKind kind = ShapeKind::Sphere;
-    Vec3d size = Vec3d::Zero();          // as in Shape
-    double radius = 0;                   // m, around the core
-    const Hull* hull = nullptr;          // Hull only
+    Vec3d size = Vec3d::Zero();  // as in Shape
+    double radius = 0;           // m, around the core
+    const Hull* hull = nullptr;  // Hull only
     // Triangle only, in the work frame.
     std::array<Vec3d, 3> corners = {Vec3d::Zero(), Vec3d::Zero(), Vec3d::Zero()};
     bool placed = false;                 // false: the work frame is the shape's own, rotation and position are unused

@@ -263,8 +263,8 @@ S ContactNewton<S>::merit(const Problem<S>& problem, const std::vector<S>& impul
     return value;
 }
 
-// One step of Newton from the twists as last evaluated, with the rows that carry a load in `loads` taken as shut and the
-// others as open, whatever their speeds say. Moves system.v, unless there is no factor.
+// One step of Newton from the twists as last evaluated, with the rows that carry a load in `loads` taken as shut and
+// the others as open, whatever their speeds say. Moves system.v, unless there is no factor.
 template <class S>
 bool ContactNewton<S>::stepWith(const Problem<S>& problem, const std::vector<S>& loads, std::vector<S>& impulse,
                                 std::vector<Vec6<S>>& g, NewtonReport& report) {
