@@ -212,6 +212,14 @@ std::vector<std::uint32_t> partsInReach(const BodyShapes& body, const Motion& mo
     return near;
 }
 
+// m: how far a part of a compound goes in the frame of the other body at most; infinite where there are no parts.
+double partMoved(const Motion& other, const BodyShapes& body, const Motion& motion, std::uint32_t part) {
+    if (part >= body.parts.size()) {
+        return std::numeric_limits<double>::infinity();
+    }
+    return distanceMoved(other, motion, motion.start * body.parts[part].middle, body.parts[part].radius);
+}
+
 // The first of all meetings of two shapes. isQuick: any of them, and nothing of those that were close.
 std::optional<Impact> firstMeeting(const BodyShapes& bodyA, const Motion& motionA, const BodyShapes& bodyB,
                                    const Motion& motionB, const ImpactSettings& settings, double tolerance,
@@ -223,6 +231,7 @@ std::optional<Impact> firstMeeting(const BodyShapes& bodyA, const Motion& motion
     const bool isAlone = isQuick || (a.size() == 1 && b.size() == 1);
     const std::vector<std::uint32_t> partsOfB = partsInReach(bodyB, motionB, a, motionA, settings.gap + tolerance);
     for (const std::uint32_t i : partsInReach(bodyA, motionA, b, motionB, settings.gap + tolerance)) {
+        const double movedOfA = isQuick ? partMoved(motionB, bodyA, motionA, i) : 0;
         for (const std::uint32_t j : partsOfB) {
             const bool swapped = !isConvex(b[j].kind);
             if (swapped && !isConvex(a[i].kind)) {
@@ -230,6 +239,11 @@ std::optional<Impact> firstMeeting(const BodyShapes& bodyA, const Motion& motion
             }
             const Sides sides = swapped ? Sides{b[j], motionB, a[i], motionA, isAlone, isQuick}
                                         : Sides{a[i], motionA, b[j], motionB, isAlone, isQuick};
+            // What goes less far than it may sink meets nothing.
+            if (isQuick && std::min(movedOfA, partMoved(motionA, bodyB, motionB, j)) <
+                               slackOf(sides.first, sides.second, settings) / 3 - tolerance) {
+                continue;
+            }
             Impact impact;
             const std::size_t first = passed.size();
             const bool met = impactOf(sides, settings, tolerance, backFaces, limit, impact, passed);
@@ -306,6 +320,14 @@ std::optional<Impact> timeOfImpact(const BodyShapes& a, const Motion& motionA, c
     CAIRN_CHECK(settings.gap > 0 && settings.slack >= 0 && settings.slackShare < 1,
                 "a gap must be positive, slack not negative, and less than what comes out on the other side");
     return firstImpact(a, motionA, b, motionB, settings, 0.1 * settings.gap, false);
+}
+
+double distanceMoved(const Motion& a, const Motion& b, const Vec3d& middle, double radius) {
+    const Vec3d arm = middle - b.start * b.centre;
+    const Vec3d apart = middle - a.start * a.centre;
+    const Vec3d along = b.displacement + b.turn.cross(arm) - a.displacement - a.turn.cross(apart);
+    return along.norm() + 0.5 * (b.turn.squaredNorm() * arm.norm() + a.turn.squaredNorm() * apart.norm()) +
+           (b.turn - a.turn).norm() * radius;
 }
 
 std::optional<Impact> shapeCast(std::span<const Shape> moving, const Posed& start, const Vec3d& displacement,

@@ -126,13 +126,8 @@ bool mayMeet(const Trajectory& a, const Trajectory& b, double depth) {
     return (start + nearest * relative).squaredNorm() <= reach * reach;
 }
 
-// The farthest that a point of B that matters is moved in the frame of A, m: what goes or turns along with A is not. Of
-// what has no end NaN.
 double distanceMoved(const Trajectory& a, const Trajectory& b) {
-    const Vec3d apart = b.centre - a.centre;
-    const Vec3d& turn = a.motion.turn;
-    const Vec3d along = b.motion.displacement - a.motion.displacement - turn.cross(apart);
-    return along.norm() + 0.5 * turn.squaredNorm() * apart.norm() + (b.motion.turn - turn).norm() * b.arm;
+    return distanceMoved(a.motion, b.motion, b.centre, b.arm);
 }
 
 template <class S>

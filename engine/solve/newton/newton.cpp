@@ -51,53 +51,58 @@ void ContactNewton<S>::momentumVelocity(const Problem<S>& problem) {
     });
 }
 
-// u already holds the bias.
+// The impulses that the rows of a block answer to the speeds u, which hold the bias.
 template <class S>
-void ContactNewton<S>::respond(const Problem<S>& problem, const std::vector<S>& u, std::vector<S>& impulse) {
-    impulse.resize(u.size());
-    y_.resize(u.size());
-    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
-        const RowBlock<S>& block = problem.blocks[k];
-        for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
-            const RowTerms<S>& t = system.terms[i];
-            y_[i] = (delta_[i] * centre_[i] - u[i]) / (delta_[i] + t.softness);
-            impulse[i] = std::clamp(y_[i], t.lo, t.hi);
-        }
-        if (isCone(problem, k)) {
-            const std::size_t i = at(block.first);
-            const Vec3<S> p = projectOnCone(Vec3<S>(y_[i], y_[i + 1], y_[i + 2]), system.friction[k]);
-            impulse[i] = p.x();
-            impulse[i + 1] = p.y();
-            impulse[i + 2] = p.z();
-        }
-    });
+void ContactNewton<S>::respondTo(const Problem<S>& problem, std::size_t k, const std::vector<S>& u,
+                                 std::vector<S>& impulse) {
+    const RowBlock<S>& block = problem.blocks[k];
+    for (std::size_t i = at(block.first); i < at(block.first + block.count); ++i) {
+        const RowTerms<S>& t = system.terms[i];
+        y_[i] = (delta_[i] * centre_[i] - u[i]) / (delta_[i] + t.softness);
+        impulse[i] = std::clamp(y_[i], t.lo, t.hi);
+    }
+    if (isCone(problem, k)) {
+        const std::size_t i = at(block.first);
+        const Vec3<S> p = projectOnCone(Vec3<S>(y_[i], y_[i + 1], y_[i + 2]), system.friction[k]);
+        impulse[i] = p.x();
+        impulse[i + 1] = p.y();
+        impulse[i + 2] = p.z();
+    }
 }
 
+// M (v - v*) of each node.
 template <class S>
-S ContactNewton<S>::gradient(const Problem<S>& problem, const std::vector<S>& impulse,
-                             std::vector<Vec6<S>>& out) const {
+void ContactNewton<S>::startGradient(const Problem<S>& problem, std::vector<Vec6<S>>& out) const {
     out.resize(bodyOfNode_.size());
     problem.forEach(out.size(), [&](std::size_t n) {
         const std::size_t body = at(bodyOfNode_[n]);
         out[n] = problem.bodies[body].applyMass(system.v[body] - vStar[body]);
     });
-    problem.forBlocksApart([&](std::size_t b) {
-        const RowBlock<S>& block = problem.blocks[b];
-        for (int k = 0; k < block.bodyCount(); ++k) {
-            const int n = node_[at(block.body(k))];
-            for (int i = block.first; n >= 0 && i < block.first + block.count; ++i) {
-                if (impulse[at(i)] != S(0)) {
-                    out[at(n)] -= bodyGradient(problem.rows[at(i)], block, k) * impulse[at(i)];
-                }
+}
+
+// Less J^T p of a block.
+template <class S>
+void ContactNewton<S>::takeOff(const Problem<S>& problem, std::size_t k, const std::vector<S>& impulse,
+                               std::vector<Vec6<S>>& out) const {
+    const RowBlock<S>& block = problem.blocks[k];
+    for (int m = 0; m < block.bodyCount(); ++m) {
+        const int n = node_[at(block.body(m))];
+        for (int i = block.first; n >= 0 && i < block.first + block.count; ++i) {
+            if (impulse[at(i)] != S(0)) {
+                out[at(n)] -= bodyGradient(problem.rows[at(i)], block, m) * impulse[at(i)];
             }
         }
-    });
-    // As a speed: how fast the left-over impulse would set a body's surface moving.
+    }
+}
+
+// The gradient as a speed: how fast the left-over impulse would set a body's surface moving.
+template <class S>
+S ContactNewton<S>::speedOf(const Problem<S>& problem, const std::vector<Vec6<S>>& gradient) const {
     S worst = 0;
-    for (std::size_t n = 0; n < out.size(); ++n) {
+    for (std::size_t n = 0; n < gradient.size(); ++n) {
         const SolverBody<S>& body = problem.bodies[at(bodyOfNode_[n])];
-        worst =
-            std::max(worst, std::sqrt(std::max(S(0), out[n].dot(body.applyInverseMass(out[n])) * body.inverseMass)));
+        const S squared = gradient[n].dot(body.applyInverseMass(gradient[n])) * body.inverseMass;
+        worst = std::max(worst, std::sqrt(std::max(S(0), squared)));
     }
     return worst;
 }
@@ -120,6 +125,7 @@ void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S
     rowVelocities(problem, wide, du);
     system.visits += du.size();
     along_.resize(u_.size());
+    trial_.resize(u_.size());
     const auto slopeWith = [&](S alpha, const std::vector<S>& answer) {
         S value = linear + alpha * quadratic;
         for (std::size_t i = 0; i < du.size(); ++i) {
@@ -129,7 +135,7 @@ void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S
     };
     const auto slope = [&](S alpha) {
         problem.forEach(du.size(), [&](std::size_t i) { along_[i] = u_[i] + alpha * du[i]; });
-        respond(problem, along_, trial_);
+        problem.forEach(problem.blocks.size(), [&](std::size_t k) { respondTo(problem, k, along_, trial_); });
         return slopeWith(alpha, trial_);
     };
     const S start = slopeWith(S(0), impulse);
@@ -234,19 +240,25 @@ void ContactNewton<S>::regularise(const Problem<S>& problem, S reg) {
     }
 }
 
+// A block at a time, while its rows are at hand.
 template <class S>
 S ContactNewton<S>::evaluate(const Problem<S>& problem, std::vector<S>& impulse, std::vector<Vec6<S>>& g) {
-    rowVelocities(problem, system.v, u_);
+    u_.resize(problem.rows.size());
+    y_.resize(u_.size());
+    impulse.resize(u_.size());
     system.visits += u_.size();
-    problem.forEach(problem.blocks.size(), [&](std::size_t k) {
-        const std::size_t first = at(problem.blocks[k].first);
-        for (std::size_t i = first; i < first + at(problem.blocks[k].count); ++i) {
-            u_[i] += system.terms[i].bias;
+    startGradient(problem, g);
+    problem.forBlocksApart([&](std::size_t k) {
+        const RowBlock<S>& block = problem.blocks[k];
+        const std::size_t first = at(block.first);
+        for (std::size_t i = first; i < first + at(block.count); ++i) {
+            u_[i] = system.rowVelocity(problem.rows[i], block) + system.terms[i].bias;
         }
         u_[first] += deSaxce_[k];
+        respondTo(problem, k, u_, impulse);
+        takeOff(problem, k, impulse, g);
     });
-    respond(problem, u_, impulse);
-    return gradient(problem, impulse, g);
+    return speedOf(problem, g);
 }
 
 template <class S>
@@ -287,7 +299,8 @@ bool ContactNewton<S>::stepWith(const Problem<S>& problem, const std::vector<S>&
             impulse[i] = weight_[i] > S(0) ? y_[i] : centre_[i];
         }
     }
-    gradient(problem, impulse, g);
+    startGradient(problem, g);
+    problem.forBlocksApart([&](std::size_t k) { takeOff(problem, k, impulse, g); });
     newtonStep(problem, g, report);
     for (std::size_t n = 0; n < g.size(); ++n) {
         system.v[at(bodyOfNode_[n])] += g[n];

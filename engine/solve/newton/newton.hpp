@@ -118,7 +118,7 @@ private:
     bool factorHolds(const Problem<S>& problem) const;
     void momentumVelocity(const Problem<S>& problem);
     void rowVelocities(const Problem<S>& problem, const std::vector<Vec6<S>>& twist, std::vector<S>& out) const;
-    void respond(const Problem<S>& problem, const std::vector<S>& u, std::vector<S>& impulse);
+    void respondTo(const Problem<S>& problem, std::size_t k, const std::vector<S>& u, std::vector<S>& impulse);
     bool weigh(const Problem<S>& problem, const std::vector<S>& y);
     bool factorise(const Problem<S>& problem, const std::vector<S>& y, NewtonReport& report);
     bool addWeighted(const Problem<S>& problem, std::size_t k, std::array<Mat6<S>, 4>& diagonal,
@@ -140,7 +140,10 @@ private:
                                    NewtonReport& report);
     bool stepWith(const Problem<S>& problem, const std::vector<S>& loads, std::vector<S>& impulse,
                   std::vector<Vec6<S>>& g, NewtonReport& report);
-    S gradient(const Problem<S>& problem, const std::vector<S>& impulse, std::vector<Vec6<S>>& out) const;
+    void startGradient(const Problem<S>& problem, std::vector<Vec6<S>>& out) const;
+    void takeOff(const Problem<S>& problem, std::size_t k, const std::vector<S>& impulse,
+                 std::vector<Vec6<S>>& out) const;
+    S speedOf(const Problem<S>& problem, const std::vector<Vec6<S>>& gradient) const;
     // `impulse`: of the twists as last evaluated.
     void lineSearch(const Problem<S>& problem, const std::vector<S>& impulse, const std::vector<Vec6<S>>& step);
 
