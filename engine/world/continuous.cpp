@@ -50,7 +50,9 @@ struct ContinuousRoom {
     struct Met {
         double fraction = noMeeting;
         bool isExact = true;
-        bool goesThere = true;  // itself, and is not run over from behind
+        bool goesThere = true;         // itself, and is not run over from behind
+        Vec3d normal = Vec3d::Zero();  // unit, towards the other one
+        Vec3d point = Vec3d::Zero();   // m, world, there and then
     };
 
     // A body that has a part: its motion through the step as far as it is let go, and what tells in a few
@@ -174,7 +176,7 @@ public:
                 }
             });
             takeFirst();
-            if (!holdBack()) {
+            if (!holdBack(iteration + 1 == maxIterations)) {
                 return counts_;
             }
         }
@@ -350,7 +352,8 @@ private:
         const auto metBy = [&](const Trajectory& t, double side) -> Met {
             const Vec3d centre = t.centre + impact->fraction * t.motion.displacement;
             const Vec3d way = t.motion.displacement + t.motion.turn.cross(impact->point - centre);
-            return {impact->fraction, impact->isExact, side * way.dot(impact->normal) > 0};
+            return {impact->fraction, impact->isExact, side * way.dot(impact->normal) > 0, side * impact->normal,
+                    impact->point};
         };
         if (asksFast) {
             e.ofFast = metBy(fast, 1);
@@ -368,7 +371,7 @@ private:
     static void leaveToWhoComes(Met& met, Met& ofOther) {
         if (met.fraction < noMeeting && !met.goesThere) {
             if (met.fraction < ofOther.fraction) {
-                ofOther = {met.fraction, met.isExact, true};
+                ofOther = {met.fraction, met.isExact, true, -met.normal, met.point};
             }
             met = {};
         }
@@ -423,8 +426,8 @@ private:
         }
     }
 
-    // Places what met something at its time, and says who has to be asked again; false: nobody.
-    bool holdBack() {
+    // Places what met something at its time, and says who has to be asked again; false: nobody. isLast: nobody will be.
+    bool holdBack(bool isLast) {
         std::vector<std::uint32_t> firstOf;  // by the lowest body of a group: the trajectory that meets something first
         for (std::uint32_t k = 0; k < fastCount_; ++k) {
             const Trajectory& t = trajectories_[k];
@@ -445,7 +448,7 @@ private:
                 const std::uint32_t at = addTrajectory(i);
                 const Trajectory& by = trajectories_[first];
                 const bool standsToo = firstOf[group_[trajectories_[by.other].body]] != none;
-                held.push_back({at, by.met.fraction, heldMotion(trajectories_[at].motion, by, standsToo)});
+                held.push_back({at, by.met.fraction, heldMotion(trajectories_[at].motion, by, standsToo, isLast)});
             }
         }
         for (Trajectory& t : trajectories_) {
@@ -522,18 +525,25 @@ private:
     }
 
     // Up to the meeting as it moved; from then on it is carried by what was met, or a wall that moves on would run over
-    // it; two that are both held back just stop.
-    Motion heldMotion(Motion motion, const Trajectory& by, bool standsToo) const {
+    // it; two that are both held back just stop. Where nobody looks any more what it may be carried into, it is pushed
+    // along the normal at most: what falls past would take it down through a floor.
+    Motion heldMotion(Motion motion, const Trajectory& by, bool standsToo, bool isLast) const {
+        const Met& met = by.met;
         const Motion& other = trajectories_[by.other].motion;
-        motion.displacement *= by.met.fraction;
-        motion.turn *= by.met.fraction;
-        if (!standsToo) {
-            const Posed carried = other.at(1) * other.at(by.met.fraction).inverse();
-            const Vec3d centre = motion.start * motion.centre;
-            motion.displacement = carried * (centre + motion.displacement) - centre;
-            motion.turn = turnNear(Quatd::Identity(), carried.rotation * expQuat<double>(motion.turn),
-                                   motion.turn + (1 - by.met.fraction) * other.turn);
+        motion.displacement *= met.fraction;
+        motion.turn *= met.fraction;
+        if (standsToo) {
+            return motion;
         }
+        const Posed carried = other.at(1) * other.at(met.fraction).inverse();
+        if (isLast) {
+            motion.displacement += std::min(0.0, (carried * met.point - met.point).dot(met.normal)) * met.normal;
+            return motion;
+        }
+        const Vec3d centre = motion.start * motion.centre;
+        motion.displacement = carried * (centre + motion.displacement) - centre;
+        motion.turn = turnNear(Quatd::Identity(), carried.rotation * expQuat<double>(motion.turn),
+                               motion.turn + (1 - met.fraction) * other.turn);
         return motion;
     }
 
