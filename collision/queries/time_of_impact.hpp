@@ -37,8 +37,8 @@ struct ImpactSettings {
 std::optional<Impact> timeOfImpact(const BodyShapes& a, const Motion& motionA, const BodyShapes& b,
                                    const Motion& motionB, const ImpactSettings& settings = {});
 
-// m: no point of B within `radius` of `middle` (m, world, at the start) is moved farther than this in the frame of A: what
-// goes or turns along with A is not. Of what has no end NaN.
+// m: no point of B within `radius` of `middle` (m, world, at the start) is moved farther than this in the frame of A:
+// what goes or turns along with A is not. Of what has no end NaN.
 double distanceMoved(const Motion& a, const Motion& b, const Vec3d& middle, double radius);
 
 // As shapeCast(), at a body that knows its parts.

@@ -150,6 +150,69 @@ TEST(TimeOfImpact, TwoMovingBodiesMeetWhereSamplingSaysSo) {
     EXPECT_GT(missed, 20);
 }
 
+// The bound by which motions are told not to matter, against points followed on their way.
+TEST(TimeOfImpact, NoPointIsMovedFartherThanIsSaid) {
+    std::mt19937 random(14);
+    double tightest = 1e300;
+    for (int i = 0; i < 2000; ++i) {
+        const auto vector = [&](double size) -> Vec3d {
+            return uniform(random, 0, size) * truth::randomDirection(random);
+        };
+        const auto motion = [&] {
+            return Motion{{vector(3), truth::randomTurn(random)}, vector(0.5), vector(0.2), vector(0.2)};
+        };
+        const Motion a = motion();
+        const Motion b = motion();
+        const Vec3d middle = b.start * vector(2);
+        const double radius = uniform(random, 0, 0.5);
+        const double bound = distanceMoved(a, b, middle, radius);
+        const Vec3d point = middle + radius * truth::randomDirection(random);
+        const Vec3d before = a.start.inverse() * point;
+        for (int k = 1; k <= 10; ++k) {
+            const Vec3d now = a.at(0.1 * k).inverse() * (b.at(0.1 * k) * (b.start.inverse() * point));
+            // Products of both turns with the way are left out.
+            ASSERT_LE((now - before).norm(), 1.1 * bound) << i;
+            tightest = std::min(tightest, bound / (now - before).norm());
+        }
+    }
+    EXPECT_LT(tightest, 1.1);
+}
+
+// A trunk of many hulls that topples over a surface: what hardly moves of it may be left out, and is not missed.
+TEST(TimeOfImpact, KnownPartsOfWhatTopplesChangeNoAnswer) {
+    std::mt19937 random(15);
+    std::vector<Shape> trunk;
+    for (int k = 0; k < 12; ++k) {
+        Shape part = box({0.2, 0.3, 0.2});
+        part.pose.position = {0, 0.6 * k, 0};
+        trunk.push_back(part);
+    }
+    const std::vector<Part> parts = partsOf(trunk);
+    const std::vector<Shape> ground{mesh(surface(box({20, 0.5, 20})))};
+    ImpactSettings settings;
+    settings.slack = 0.06;
+    settings.slackShare = 0.75;
+    int met = 0;
+    for (int i = 0; i < 400; ++i) {
+        Motion motion;
+        // Its foot touches the ground, or is somewhat above or in it.
+        const double lean = uniform(random, 0, 1.6);
+        motion.start = {Vec3d(uniform(random, -1, 1), 0.5 + uniform(random, 0.1, 0.4), uniform(random, -1, 1)),
+                        expQuat<double>(Vec3d(lean, 0, 0))};
+        motion.centre = {0, 3.3, 0};
+        motion.turn = Vec3d(uniform(random, 0, 0.15), 0, 0);
+        // About the foot.
+        motion.displacement =
+            motion.turn.cross(motion.start.rotation * motion.centre) + Vec3d(0, -uniform(random, 0, 0.05), 0);
+        const auto known = timeOfImpact(BodyShapes(trunk, parts), motion, ground, Motion{}, settings);
+        const auto unknown = timeOfImpact(trunk, motion, ground, Motion{}, settings);
+        EXPECT_EQ(known ? known->fraction : -1, unknown ? unknown->fraction : -1) << i;
+        met += unknown ? 1 : 0;
+    }
+    EXPECT_GT(met, 40);
+    EXPECT_LT(met, 360);
+}
+
 TEST(TimeOfImpact, SlidingOverInternalEdgesIsNoImpact) {
     // A crate 0.2 mm deep in a floor of tiles, of triangles and of a field, at 200 m/s; then into a wall.
     std::vector<Shape> tiles;
