@@ -231,7 +231,7 @@ std::optional<Impact> firstMeeting(const BodyShapes& bodyA, const Motion& motion
     const bool isAlone = isQuick || (a.size() == 1 && b.size() == 1);
     const std::vector<std::uint32_t> partsOfB = partsInReach(bodyB, motionB, a, motionA, settings.gap + tolerance);
     for (const std::uint32_t i : partsInReach(bodyA, motionA, b, motionB, settings.gap + tolerance)) {
-        const double movedOfA = isQuick ? partMoved(motionB, bodyA, motionA, i) : 0;
+        const double movedOfA = partMoved(motionB, bodyA, motionA, i);
         for (const std::uint32_t j : partsOfB) {
             const bool swapped = !isConvex(b[j].kind);
             if (swapped && !isConvex(a[i].kind)) {
