@@ -58,6 +58,22 @@ bool isBesideHull(const Convex& hull, const Convex& other, const std::array<Vec3
     return false;
 }
 
+// The outward normals of a box that face another one and along which the two may overlap or miss each other by no more
+// than `slack` (m), by extents along its axes.
+void appendBeside(const Convex& box, const Convex& other, double slack, std::vector<Vec3d>& out) {
+    const Vec3d way = box.turnToShape(centreOf(other) - centreOf(box));
+    const std::array<Vec3d, 3> sides{box.turnToShape(other.turnToWork(Vec3d::UnitX() * other.size.x())),
+                                     box.turnToShape(other.turnToWork(Vec3d::UnitY() * other.size.y())),
+                                     box.turnToShape(other.turnToWork(Vec3d::UnitZ() * other.size.z()))};
+    for (int i = 0; i < 3; ++i) {
+        const double reach = std::abs(sides[0][i]) + std::abs(sides[1][i]) + std::abs(sides[2][i]) + other.radius;
+        const double overlap = box.size[i] + box.radius + reach - std::abs(way[i]);
+        if (std::abs(overlap) <= 2 * slack) {
+            out.push_back(box.turnToWork(way[i] < 0 ? Vec3d(-Vec3d::Unit(i)) : Vec3d::Unit(i)));
+        }
+    }
+}
+
 }  // namespace
 
 bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const WorkManifold& met) {
@@ -76,9 +92,13 @@ bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const Wo
     // face's own normal never is: cards that lean on each other touch whichever side of 0 round-off leaves their gap.
     const double across = met.reference < 0 && deepest > 0 ? 0.95 : 0.5;
     OverlapOf overlap{a, b};
-    overlap(met.normal);
-    const Vec3d endA = overlap.lastA;
-    const Vec3d endB = overlap.lastB;
+    Vec3d endA = Vec3d::Zero();
+    Vec3d endB = Vec3d::Zero();
+    if (a.kind == ShapeKind::Hull || b.kind == ShapeKind::Hull) {
+        overlap(met.normal);
+        endA = overlap.lastA;
+        endB = overlap.lastB;
+    }
     for (const bool ofB : {false, true}) {
         const Convex& holder = ofB ? b : a;
         const Convex& other = ofB ? a : b;
@@ -93,7 +113,11 @@ bool isInternalEdge(const Convex& a, const Convex& b, Scratch& scratch, const Wo
             continue;
         }
         scratch.normals.clear();
-        appendNormals(holder, centreOf(other), scratch.normals);
+        if (holder.kind == ShapeKind::Box && other.kind == ShapeKind::Box) {
+            appendBeside(holder, other, slack, scratch.normals);
+        } else {
+            appendNormals(holder, centreOf(other), scratch.normals);
+        }
         if (holder.kind == ShapeKind::Cylinder) {
             scratch.normals.resize(2);  // without its round side
         }

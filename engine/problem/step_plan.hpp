@@ -77,8 +77,7 @@ struct StepPlan {
 
     // auto: this step belongs to sweeps.
     bool sweeps() const {
-        return reason == PlanReason::TooLarge || reason == PlanReason::TooDear || reason == PlanReason::Crowded ||
-               reason == PlanReason::BackingOff;
+        return reason != PlanReason::Asked && reason != PlanReason::Exact;
     }
     // auto: what is not solved exactly begins anew with sweeps.
     bool mayRestart() const { return reason == PlanReason::Exact; }

@@ -79,6 +79,21 @@ bool isJointed(const Problem<S>& problem) {
     return ofBodies || (!problem.joints.empty() && problem.joints.size() <= problem.bodies.size());
 }
 
+// Whether it touches what no force moves.
+template <class S>
+bool isGrounded(const Problem<S>& problem) {
+    const auto isFixed = [&](int body) { return problem.bodies[static_cast<std::size_t>(body)].fixed; };
+    return std::any_of(problem.contacts.begin(), problem.contacts.end(), [&](const ProblemContact<S>& contact) {
+        return contact.count > 0 && (isFixed(contact.a) || isFixed(contact.b));
+    });
+}
+
+// Whether joints close loops by the dozen, as a net's do.
+template <class S>
+bool isLooped(const Problem<S>& problem) {
+    return problem.joints.size() > problem.bodies.size();
+}
+
 // The bound is on factors: whoever asks for conjugate gradients asks for `direct`.
 SolverSettings factored(SolverSettings settings) {
     settings.def.linearSolver = LinearSolver::Factor;
@@ -121,7 +136,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const bool isBackingOff = state.sweepSteps > 0 && (moves || !problem.joints.empty() || state.failedAtRest);
     // Of what moves by joints alone `hybrid` leaves little to gain: where exact solutions fail, of late or, as of nets,
     // most often, a try is worth no more than any other step.
-    const bool mayFail = state.backoff > 0 || problem.joints.size() > problem.bodies.size();
+    const bool mayFail = state.backoff > 0 || isLooped(problem);
     const bool isBounded = std::isfinite(problem.limits.workPerRow) && problem.contacts.empty() && mayFail;
     const double workPerRow = isBounded ? sweptWork : problem.limits.workPerRow;
     StepPlan plan;
@@ -136,6 +151,8 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
                        : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
+    const bool isHybrids = isJointed(problem) && std::isfinite(problem.limits.workPerRow) &&
+                           (problem.contacts.empty() ? (moves || mayFall) && isLooped(problem) : moves && (state.backoff > 0 || isGrounded(problem)));
     // What moves is left enough for a swept sub-step, should no exact solution be found.
     plan.kept = moves ? std::max(sweeper(problem, plan).visits, state.sweptVisits) * rows : 0;
     const double maxWork = std::min(plan.maxWork, problem.limits.maxWork - plan.kept);
@@ -143,9 +160,12 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     // price to know, what a factor will. What is calm needs no iterations.
     const bool isTooDear = state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
     plan.reason = problem.isOfCrowd ? PlanReason::Crowded
+                  : isHybrids       ? PlanReason::InMotion
                   : isBackingOff    ? PlanReason::BackingOff
                   : isTooDear       ? PlanReason::TooDear
                                     : PlanReason::Exact;
+    // In loops that may be about to fall a first try would be in vain as well: it is as if it had failed.
+    plan.isFactorRefused = plan.reason == PlanReason::InMotion && !moves;
     if (!plan.sweeps()) {
         chooseByFactor(problem, state.isCalm() ? plan.maxWork : maxWork, state.backoff > 0, plan);
     }

@@ -327,8 +327,8 @@ void StepController<S>::lookAgain(S dt, Solution& solution, NarrowCounts& narrow
 template <class S>
 int StepController<S>::refinementAfter(int level, const Solution& solution, bool hasHelped) const {
     // What the bound on work did not make worse is no better without it.
-    const bool wasBounded =
-        solution.restarts > 0 || solution.reason == PlanReason::TooDear || solution.reason == PlanReason::BackingOff;
+    const bool wasBounded = solution.restarts > 0 || solution.reason == PlanReason::TooDear ||
+                            solution.reason == PlanReason::InMotion || solution.reason == PlanReason::BackingOff;
     if (level == 0 && !wasBounded) {
         return boundedRefinements + 1;
     }

@@ -525,8 +525,9 @@ private:
     }
 
     // Up to the meeting as it moved; from then on it is carried by what was met, or a wall that moves on would run over
-    // it; two that are both held back just stop. Where nobody looks any more what it may be carried into, it is pushed
-    // along the normal at most: what falls past would take it down through a floor.
+    // it; two that are both held back just stop. What gives way carries it as far as the point goes that was met: swung
+    // around by a limb that spins, what hangs together would tear. Where nobody looks any more what it may be carried
+    // into, it is pushed along the normal at most: what falls past would take it down through a floor.
     Motion heldMotion(Motion motion, const Trajectory& by, bool standsToo, bool isLast) const {
         const Met& met = by.met;
         const Motion& other = trajectories_[by.other].motion;
@@ -536,8 +537,13 @@ private:
             return motion;
         }
         const Posed carried = other.at(1) * other.at(met.fraction).inverse();
+        const Vec3d way = carried * met.point - met.point;
         if (isLast) {
-            motion.displacement += std::min(0.0, (carried * met.point - met.point).dot(met.normal)) * met.normal;
+            motion.displacement += std::min(0.0, way.dot(met.normal)) * met.normal;
+            return motion;
+        }
+        if (bodies_[trajectories_[by.other].body].isDynamic()) {
+            motion.displacement += way;
             return motion;
         }
         const Vec3d centre = motion.start * motion.centre;

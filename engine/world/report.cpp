@@ -37,6 +37,8 @@ const char* name(PlanReason reason) {
             return "by sweeps: a factor would cost more than the bound on work";
         case PlanReason::TooDear:
             return "by sweeps: exact solutions took more of late than this step may take";
+        case PlanReason::InMotion:
+            return "by sweeps: of what moves by joints and touches something an exact solution is no nearer the truth";
         case PlanReason::Crowded:
             return "by sweeps: bodies deep in each other by the dozen pass through each other until they have parted";
         case PlanReason::BackingOff:

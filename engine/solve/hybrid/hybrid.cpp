@@ -58,9 +58,9 @@ constexpr S worthASubstep = S(0.008);
 // m, of a point of contact, likewise: dolls that lie and shift take fewer visits and get no deeper than by four
 // sub-steps each (docs/solvers.md).
 template <class S>
-constexpr S wayWorthASubstep = S(0.015);
+constexpr S wayWorthASubstep = S(0.045);
 template <class S>
-constexpr S depthWorthASubstep = S(0.0035);
+constexpr S depthWorthASubstep = S(0.01);
 
 // m: how far apart the anchors of pins come in dt since their bodies turn, as they do at the start of the step. What
 // rows hold is the speed there, along tangents; from it they part by half the difference of their centripetal

@@ -57,9 +57,9 @@ void CompactSweeps<S>::readMasses(const Problem<S>& problem) {
 
 template <class S>
 void CompactSweeps<S>::begin(Problem<S>& problem, const PushOutSpring<S>& spring, const PushOutSpring<S>& ofJoints,
-                             S warmStart, S h) {
+                             S warmStart, S h, bool hasResponses) {
     readMasses(problem);
-    joints_.begin(problem, masses_.data());
+    joints_.begin(problem, masses_.data(), hasResponses);
     rows_.begin(problem, ofJoints, warmStart, h);
     const bool inLanes = problem.inLanes;
     if (inLanes) {

@@ -19,7 +19,9 @@ public:
             lanes_.place(problem);
         }
     }
-    void begin(Problem<S>& problem, const PushOutSpring<S>& spring, const PushOutSpring<S>& ofJoints, S warmStart, S h);
+    // hasResponses: Problem::responses are whole, and renewed by whoever changes the masses: joints are not swept.
+    void begin(Problem<S>& problem, const PushOutSpring<S>& spring, const PushOutSpring<S>& ofJoints, S warmStart, S h,
+               bool hasResponses);
     void relax(Problem<S>& problem, S h);
     void readBodies(Problem<S>& problem);
     void writeBodies(Problem<S>& problem) const { rows_.writeBodies(problem); }

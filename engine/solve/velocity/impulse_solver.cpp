@@ -31,7 +31,8 @@ SolveReport ImpulseSolver<S>::advanceWith(Problem<S>& problem, S h) {
     const PushOutSpring<S> spring = pushOut_.spring(h, static_cast<S>(settings_.maxPushOutSpeed));
     const S warmStart = static_cast<S>(settings_.def.warmStart);
     if constexpr (isCompact) {
-        system.begin(problem, spring, begin(problem, spring, h), warmStart, h);
+        const PushOutSpring<S> ofJoints = begin(problem, spring, h);
+        system.begin(problem, spring, ofJoints, warmStart, h, readsResponses(problem));
     } else {
         system.begin(problem, spring, warmStart, h);
     }

@@ -109,12 +109,15 @@ void JointSweeps<S>::fillSingle(Problem<S>& problem, std::size_t i, Visit& visit
     }
     for (std::size_t r = first + (visit.isPin ? 3 : 0); r < first + at(block.count); ++r) {
         gradients_[r] = {problem.rows[r].a, problem.rows[r].b};
-        problem.responses[r] = problem.responseOf(problem.rows[r], block);
+        if (!hasResponses_) {
+            problem.responses[r] = problem.responseOf(problem.rows[r], block);
+        }
     }
 }
 
 template <class S>
-void JointSweeps<S>::begin(Problem<S>& problem, const BodyMass<S>* masses) {
+void JointSweeps<S>::begin(Problem<S>& problem, const BodyMass<S>* masses, bool hasResponses) {
+    hasResponses_ = hasResponses;
     hasTerms_ = false;
     hasImpulses_ = false;
     isAhead_ = false;
@@ -144,6 +147,9 @@ void JointSweeps<S>::forPins(const Problem<S>& problem, const OnePin& visit) {
 
 template <class S>
 void JointSweeps<S>::couple(Problem<S>& problem, const BodyMass<S>* masses, bool writes) {
+    if (hasResponses_) {
+        return;
+    }
     problem.forEach(singles_.size(), [&](std::size_t i) {
         Visit& joint = singles_[i];
         if (!joint.isPin) {

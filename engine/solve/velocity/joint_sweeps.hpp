@@ -14,8 +14,9 @@ template <class S>
 class JointSweeps {
 public:
     // Takes the rows that the problem has written out, in the order that they are visited in. `masses`, here and below,
-    // of all bodies. Writes Problem::responses, as that says. Terms and impulses of the rows may come after it.
-    void begin(Problem<S>& problem, const BodyMass<S>* masses);
+    // of all bodies. Writes Problem::responses, as that says; where those are whole (hasResponses) it leaves them, and
+    // is for push() alone. Terms and impulses of the rows may come after it.
+    void begin(Problem<S>& problem, const BodyMass<S>* masses, bool hasResponses);
     // The bodies have other masses.
     void couple(Problem<S>& problem, const BodyMass<S>* masses) { couple(problem, masses, problem.limits.isLast); }
     // The rows have other terms, or impulses `share` times what they were.
@@ -93,6 +94,7 @@ private:
     std::vector<S> delassus_;          // by pack, row and lane
     bool hasTerms_ = false;            // packs have those of the rows; likewise impulses
     bool hasImpulses_ = false;
+    bool hasResponses_ = false;
     bool isAhead_ = false;  // the impulses of the packs are newer than those of the rows
 };
 

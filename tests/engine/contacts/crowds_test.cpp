@@ -86,7 +86,7 @@ TEST(Crowds, WhateverTheirShapeTheyComeApart) {
             world.add({.shapes = shapes, .position = {0, 2, 0}});
         }
         int mostPairs = 0;
-        for (int i = 0; i < 480; ++i) {
+        for (int i = 0; i < 600; ++i) {
             mostPairs = std::max(mostPairs, world.step(1.0 / 60).counts.pairs);
         }
         EXPECT_EQ(world.report().counts.crowdedPairs, 0);

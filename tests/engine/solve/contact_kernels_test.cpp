@@ -210,7 +210,7 @@ std::vector<double> answerOf(Problem<double> problem, double& change) {
         problem.limits.isLast = step == 2;
         problem.predict(h);
         sweeps.linearize(problem);
-        sweeps.begin(problem, {10, 20, 3}, {10, 20, 3}, 0.9, h);
+        sweeps.begin(problem, {10, 20, 3}, {10, 20, 3}, 0.9, h, false);
         sweeps.warmStart(problem);
         change += sweeps.sweep(problem, 1.2);
         std::vector<double> more;

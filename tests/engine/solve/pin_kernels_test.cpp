@@ -153,7 +153,7 @@ std::vector<double> answerOfNet(Problem<double> problem) {
         problem.limits.isLast = step == 2;
         problem.predict(h);
         sweeps.linearize(problem);
-        sweeps.begin(problem, {10, 20, 3}, {20, 40, 3}, 0.9, h);
+        sweeps.begin(problem, {10, 20, 3}, {20, 40, 3}, 0.9, h, false);
         sweeps.warmStart(problem);
         all.push_back(sweeps.sweep(problem, 1.2));
         conjugateSweeps<double>(sweeps, problem, 6);

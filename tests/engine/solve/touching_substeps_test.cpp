@@ -52,13 +52,16 @@ struct Fall {
     }
 };
 
-// One for each 15 mm that a point goes at or along what it touches, and for each 3.5 mm that one is deep.
+// One for each 45 mm that a point goes at or along what it touches, and for each 10 mm that one is deep. Exact solutions
+// are for what rests.
 TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
     Fall fall;
     int lying = 0;
     int notByDepth = 0;
     int landing = 0;
-    int fewerThanFour = 0;
+    int tooFew = 0;
+    int moving = 0;
+    int notInMotion = 0;
     double deepest = 0;
     double atRest = 0;
     for (int i = 0; i < 600; ++i) {
@@ -69,20 +72,25 @@ TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
             approach = std::max(approach, contact.approachSpeed);
             depth = std::max(depth, -contact.separation);
         }
+        const bool isTouching = !fall.world.contacts().empty();
         const StepReport& report = fall.world.step(dt);
         deepest = std::max(deepest, fall.deepest());
         atRest = i < 300 ? 0 : std::max(atRest, fall.deepest());
         const IslandReport& island = report.islands.front();
+        if (speed > 1 && report.islands.size() == 1 && isTouching) {
+            ++moving;
+            notInMotion += island.reason == PlanReason::InMotion ? 0 : 1;
+        }
         if (!island.swept || island.halvings > 0) {
             continue;
         }
         if (speed < 0.1) {
             ++lying;
-            notByDepth += island.substeps == std::clamp(static_cast<int>(std::ceil(depth / 3.5e-3)), 1, 4) ? 0 : 1;
+            notByDepth += island.substeps == std::clamp(static_cast<int>(std::ceil(depth / 0.01)), 1, 4) ? 0 : 1;
         }
-        if (approach > 2.7) {
+        if (const int asked = static_cast<int>(std::ceil(approach * dt / 0.045)); asked > 1) {
             ++landing;
-            fewerThanFour += island.substeps < 4 ? 1 : 0;
+            tooFew += island.substeps < std::min(asked, 4) ? 1 : 0;
         }
     }
     expectBelow("deepest in the floor, m", deepest, 0.015);
@@ -90,7 +98,9 @@ TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
     EXPECT_GT(lying, 300);
     EXPECT_EQ(notByDepth, 0);
     EXPECT_GT(landing, 20);
-    EXPECT_EQ(fewerThanFour, 0);
+    EXPECT_EQ(tooFew, 0);
+    EXPECT_GT(moving, 40);
+    EXPECT_EQ(notInMotion, 0);
 }
 
 }  // namespace
