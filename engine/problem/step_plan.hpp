@@ -76,9 +76,7 @@ struct StepPlan {
     bool isFactorRefused = false;
 
     // auto: this step belongs to sweeps.
-    bool sweeps() const {
-        return reason != PlanReason::Asked && reason != PlanReason::Exact;
-    }
+    bool sweeps() const { return reason != PlanReason::Asked && reason != PlanReason::Exact; }
     // auto: what is not solved exactly begins anew with sweeps.
     bool mayRestart() const { return reason == PlanReason::Exact; }
 };

@@ -79,19 +79,20 @@ bool isJointed(const Problem<S>& problem) {
     return ofBodies || (!problem.joints.empty() && problem.joints.size() <= problem.bodies.size());
 }
 
-// Whether it touches what no force moves.
-template <class S>
-bool isGrounded(const Problem<S>& problem) {
-    const auto isFixed = [&](int body) { return problem.bodies[static_cast<std::size_t>(body)].fixed; };
-    return std::any_of(problem.contacts.begin(), problem.contacts.end(), [&](const ProblemContact<S>& contact) {
-        return contact.count > 0 && (isFixed(contact.a) || isFixed(contact.b));
-    });
-}
-
 // Whether joints close loops by the dozen, as a net's do.
 template <class S>
 bool isLooped(const Problem<S>& problem) {
     return problem.joints.size() > problem.bodies.size();
+}
+
+// Whether an exact solution of what moves by joints would be in vain: of loops in the air, and of what touches anything
+// since one has failed (docs/solvers.md, "The knee").
+template <class S>
+bool isInVain(const Problem<S>& problem, const ControllerState& state, bool moves, bool mayFall) {
+    if (!isJointed(problem)) {
+        return false;
+    }
+    return problem.contacts.empty() ? isLooped(problem) && (moves || mayFall) : moves && state.backoff > 0;
 }
 
 // The bound is on factors: whoever asks for conjugate gradients asks for `direct`.
@@ -136,23 +137,21 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const bool isBackingOff = state.sweepSteps > 0 && (moves || !problem.joints.empty() || state.failedAtRest);
     // Of what moves by joints alone `hybrid` leaves little to gain: where exact solutions fail, of late or, as of nets,
     // most often, a try is worth no more than any other step.
-    const bool mayFail = state.backoff > 0 || isLooped(problem);
-    const bool isBounded = std::isfinite(problem.limits.workPerRow) && problem.contacts.empty() && mayFail;
+    const bool isKnee = std::isfinite(problem.limits.workPerRow);
+    const bool isBounded = isKnee && problem.contacts.empty() && (state.backoff > 0 || isLooped(problem));
     const double workPerRow = isBounded ? sweptWork : problem.limits.workPerRow;
     StepPlan plan;
     plan.rests = !moves;
     plan.wasSwept = state.substep > 0 && problem.joints.empty();
     plan.gapes = state.gapes && plan.rests && plan.wasSwept;
-    const bool liesWithJoints = !problem.joints.empty() && !problem.contacts.empty();
+    const bool liesJointed = isKnee && !problem.joints.empty() && !problem.contacts.empty();
     plan.maxWork = !isWorthAll && rows > 0 ? workPerRow * rows
                    : plan.wasSwept         ? std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest)
-                   : liesWithJoints && std::isfinite(problem.limits.workPerRow)
-                       ? std::clamp(workAtRestWithJoints * rows, freeWorkAtRestWithJoints, mostWorkAtRest)
-                       : infinity<double>();
+                   : liesJointed ? std::clamp(workAtRestWithJoints * rows, freeWorkAtRestWithJoints, mostWorkAtRest)
+                                 : infinity<double>();
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
-    const bool isHybrids = isJointed(problem) && std::isfinite(problem.limits.workPerRow) &&
-                           (problem.contacts.empty() ? (moves || mayFall) && isLooped(problem) : moves && (state.backoff > 0 || isGrounded(problem)));
+    const bool isHybrids = isKnee && isInVain(problem, state, moves, mayFall);
     // What moves is left enough for a swept sub-step, should no exact solution be found.
     plan.kept = moves ? std::max(sweeper(problem, plan).visits, state.sweptVisits) * rows : 0;
     const double maxWork = std::min(plan.maxWork, problem.limits.maxWork - plan.kept);

@@ -38,7 +38,7 @@ const char* name(PlanReason reason) {
         case PlanReason::TooDear:
             return "by sweeps: exact solutions took more of late than this step may take";
         case PlanReason::InMotion:
-            return "by sweeps: of what moves by joints and touches something an exact solution is no nearer the truth";
+            return "by sweeps: of joints that move like these an exact solution is no nearer the truth";
         case PlanReason::Crowded:
             return "by sweeps: bodies deep in each other by the dozen pass through each other until they have parted";
         case PlanReason::BackingOff:

@@ -52,14 +52,15 @@ struct Fall {
     }
 };
 
-// One for each 45 mm that a point goes at or along what it touches, and for each 10 mm that one is deep. Exact solutions
-// are for what rests.
+// One for each 45 mm that a point goes at or along what it touches, and for each 10 mm that one is deep. And
+// where an exact solution has failed none is tried before it rests.
 TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
     Fall fall;
     int lying = 0;
     int notByDepth = 0;
     int landing = 0;
     int tooFew = 0;
+    bool hasFailed = false;
     int moving = 0;
     int notInMotion = 0;
     double deepest = 0;
@@ -77,7 +78,8 @@ TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
         deepest = std::max(deepest, fall.deepest());
         atRest = i < 300 ? 0 : std::max(atRest, fall.deepest());
         const IslandReport& island = report.islands.front();
-        if (speed > 1 && report.islands.size() == 1 && isTouching) {
+        hasFailed = hasFailed || island.reason == PlanReason::InMotion;
+        if (hasFailed && speed > 1 && report.islands.size() == 1 && isTouching) {
             ++moving;
             notInMotion += island.reason == PlanReason::InMotion ? 0 : 1;
         }
@@ -93,8 +95,8 @@ TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
             tooFew += island.substeps < std::min(asked, 4) ? 1 : 0;
         }
     }
-    expectBelow("deepest in the floor, m", deepest, 0.015);
-    expectBelow("of what lies, m", atRest, 5.3e-3);
+    expectBelow("deepest in the floor, m", deepest, 0.032);
+    expectBelow("of what lies, m", atRest, 0.0115);
     EXPECT_GT(lying, 300);
     EXPECT_EQ(notByDepth, 0);
     EXPECT_GT(landing, 20);

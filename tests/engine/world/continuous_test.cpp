@@ -178,8 +178,8 @@ TEST(Continuous, WhoIsRunIntoFromBehindGoesOn) {
     expectBelow("gap to the one behind, m", behind - front - 0.67, 0.0012);
 }
 
-// A chain falls on a rod that turns away under it, by a radian in the step, and is held back: swung around with the rod,
-// its far end would go 1.7 m, where the step lets it fall by .3.
+// A chain falls on a rod that turns away under it, by a radian in the step, and is held back: swung around with the
+// rod, its far end would go 1.7 m, where the step lets it fall by .3.
 TEST(Continuous, WhatSpinsSwingsNoChainAround) {
     BodyMaker<double> maker(1);
     BodyTable<double> bodies;
