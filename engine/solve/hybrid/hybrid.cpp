@@ -55,8 +55,8 @@ constexpr int arcSolutions = 4;
 // open by 20 to 600 mm where they whip (docs/solvers.md, "The knee").
 template <class S>
 constexpr S worthASubstep = S(0.008);
-// m, of a point of contact, likewise: as much as leaves dolls no deeper than gauss_seidel of four sub-steps does; a third
-// of it leaves them a third less deep, for half as many visits again (docs/solvers.md).
+// m, of a point of contact, likewise: as much as leaves dolls no deeper than gauss_seidel of four sub-steps does; a
+// third of it leaves them a third less deep, for half as many visits again (docs/solvers.md).
 template <class S>
 constexpr S wayWorthASubstep = S(0.045);
 template <class S>
