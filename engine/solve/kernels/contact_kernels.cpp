@@ -1,6 +1,7 @@
 #include "engine/solve/kernels/contact_kernels.hpp"
 #include "base/vector_targets.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
@@ -29,15 +30,25 @@ struct Frame {
     Vector<D> normal, tangent1, tangent2;
 };
 
-// Calls visit(d, pack, lane) for the lanes of packs [begin, end), but for vectors of empty ones.
-template <class S, class Visit>
-HWY_INLINE void forLanes(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const Visit& visit) {
+// Calls visit(d, pack, lane) for the lanes of packs [begin, end), but for vectors of empty ones and packs of which
+// leavesOut(pack).
+template <class S, class LeavesOut, class Visit>
+HWY_INLINE void forLanesUnless(const ContactLanesView<S>& view, std::size_t begin, std::size_t end,
+                               const LeavesOut& leavesOut, const Visit& visit) {
     const hn::CappedTag<S, ContactPack<S>::width> d;
     for (std::size_t k = begin; k < end; ++k) {
+        if (leavesOut(view.packs[k])) {
+            continue;
+        }
         for (std::size_t lane = 0; lane < view.packs[k].lanes; lane += hn::Lanes(d)) {
             visit(d, view.packs[k], view.points + view.packs[k].firstRow, lane);
         }
     }
+}
+template <class S, class Visit>
+HWY_INLINE void forLanes(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const Visit& visit) {
+    forLanesUnless<S>(
+        view, begin, end, [](const ContactPack<S>&) { return false; }, visit);
 }
 
 template <class D>
@@ -183,34 +194,83 @@ void beginTerms(const ContactLanesView<S>& view, std::size_t begin, std::size_t 
         });
 }
 
+// Whether no point of a pack has an impulse.
+template <class S>
+HWY_INLINE bool isUnloaded(const ContactLanesView<S>& view, const ContactPack<S>& pack) {
+    const hn::CappedTag<S, ContactPack<S>::width> d;
+    auto sum = hn::Zero(d);
+    const PointPack<S>* const first = view.points + pack.firstRow;
+    for (const PointPack<S>* point = first; point < first + pack.count; ++point) {
+        for (std::size_t lane = 0; lane < pack.lanes; lane += hn::Lanes(d)) {
+            for (const S(&impulse)[ContactPack<S>::width] : point->impulse) {
+                sum = hn::Add(sum, hn::Abs(hn::Load(d, impulse + lane)));
+            }
+        }
+    }
+    return hn::AllTrue(d, hn::Eq(sum, hn::Zero(d)));
+}
+
+// Whether a pack is unloaded and no point of it approaches faster than its bias lets it: a sweep would leave all as it
+// is. Asked of whole packs, so that the answer, down to the sign of a zero, is that of all instruction sets.
+template <class S>
+HWY_INLINE bool isIdle(const ContactLanesView<S>& view, const ContactPack<S>& pack) {
+    using D = hn::CappedTag<S, ContactPack<S>::width>;
+    const D d;
+    if (!isUnloaded(view, pack)) {
+        return false;
+    }
+    const PointPack<S>* const first = view.points + pack.firstRow;
+    for (std::size_t lane = 0; lane < pack.lanes; lane += hn::Lanes(d)) {
+        const Twist<D> a(d, view.twists, pack.bodyA + lane);
+        const Twist<D> b(d, view.twists, pack.bodyB + lane);
+        const Vector<D> normal = load(d, pack.normal, lane);
+        const Vector<D> apart = load(d, pack.apart, lane);
+        for (const PointPack<S>* point = first; point < first + pack.count; ++point) {
+            const Vector<D> armB = load(d, point->armB, lane);
+            const auto along = dot<D>(normal, speed<D>(a, b, apart + armB, armB));
+            if (!hn::AllTrue(d, hn::Le(hn::Zero(d), hn::Add(along, hn::Load(d, point->bias + lane))))) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 template <class S>
 void push(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, const S* before, S* work) {
-    forLanes<S>(
-        view, begin, end, [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
-            using D = decltype(d);
-            Bodies<D> bodies(d, view, pack, lane);
-            const Twist<D> a(d, before, pack.bodyA + lane);
-            const Twist<D> b(d, before, pack.bodyB + lane);
-            const Frame<D> frame(d, pack, lane);
-            const Vector<D> apart = load(d, pack.apart, lane);
-            for (std::size_t k = 0; k < pack.count; ++k, ++point) {
-                const Vector<D> armB = load(d, point->armB, lane);
-                const Vector<D> armA = apart + armB;
-                const Vector<D> p = load(d, point->impulse, lane);
-                const Vector<D> impulse = frame.inWorld(p.x, p.y, p.z);
-                alignas(64) S room[ContactPack<S>::width];
-                hn::Store(
-                    hn::Add(dot<D>(impulse, speed<D>(a, b, armA, armB)), hn::Mul(p.x, hn::Load(d, point->bias + lane))),
-                    d, room);
-                for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
-                    if (k < pack.points[lane + n]) {
-                        work[pack.firstPoint[lane + n] + k] = room[n];
-                    }
-                }
-                bodies.push(armA, armB, impulse);
-            }
-            bodies.putBack(d, view, pack, lane);
-        });
+    const auto leavesOut = [&](const ContactPack<S>& pack) HWY_ATTR {
+        const bool isLeft = isUnloaded(view, pack);
+        for (std::size_t lane = 0; isLeft && lane < pack.lanes; ++lane) {
+            std::fill_n(work + pack.firstPoint[lane], pack.points[lane], S(0));
+        }
+        return isLeft;
+    };
+    forLanesUnless<S>(view, begin, end, leavesOut,
+                      [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+                          using D = decltype(d);
+                          Bodies<D> bodies(d, view, pack, lane);
+                          const Twist<D> a(d, before, pack.bodyA + lane);
+                          const Twist<D> b(d, before, pack.bodyB + lane);
+                          const Frame<D> frame(d, pack, lane);
+                          const Vector<D> apart = load(d, pack.apart, lane);
+                          for (std::size_t k = 0; k < pack.count; ++k, ++point) {
+                              const Vector<D> armB = load(d, point->armB, lane);
+                              const Vector<D> armA = apart + armB;
+                              const Vector<D> p = load(d, point->impulse, lane);
+                              const Vector<D> impulse = frame.inWorld(p.x, p.y, p.z);
+                              alignas(64) S room[ContactPack<S>::width];
+                              hn::Store(hn::Add(dot<D>(impulse, speed<D>(a, b, armA, armB)),
+                                                hn::Mul(p.x, hn::Load(d, point->bias + lane))),
+                                        d, room);
+                              for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+                                  if (k < pack.points[lane + n]) {
+                                      work[pack.firstPoint[lane + n] + k] = room[n];
+                                  }
+                              }
+                              bodies.push(armA, armB, impulse);
+                          }
+                          bodies.putBack(d, view, pack, lane);
+                      });
 }
 
 // Visits a point of each lane; gives back what it changed beyond `change`.
@@ -262,26 +322,33 @@ HWY_INLINE hn::Vec<D> sweepPoint(D d, PointPack<S>& point, std::size_t lane, con
 
 template <class S>
 void sweep(const ContactLanesView<S>& view, std::size_t begin, std::size_t end, S relaxation, S* change) {
-    forLanes<S>(view, begin, end,
-                [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
-                    using D = decltype(d);
-                    Bodies<D> bodies(d, view, pack, lane);
-                    const Frame<D> frame(d, pack, lane);
-                    const Vector<D> apart = load(d, pack.apart, lane);
-                    const auto xi = hn::Set(d, relaxation);
-                    auto changed = hn::Zero(d);
-                    for (std::size_t k = 0; k < pack.count; ++k) {
-                        changed = sweepPoint<D, S>(d, point[k], lane, frame, apart, bodies, xi, changed);
-                    }
-                    bodies.putBack(d, view, pack, lane);
-                    alignas(64) S room[ContactPack<S>::width];
-                    hn::Store(changed, d, room);
-                    for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
-                        if (pack.points[lane + n] > 0) {
-                            change[pack.contact[lane + n]] = room[n];
-                        }
-                    }
-                });
+    const auto leavesOut = [&](const ContactPack<S>& pack) HWY_ATTR {
+        const bool isLeft = isIdle(view, pack);
+        for (std::size_t lane = 0; isLeft && lane < pack.lanes; ++lane) {
+            change[pack.contact[lane]] = S(0);
+        }
+        return isLeft;
+    };
+    forLanesUnless<S>(view, begin, end, leavesOut,
+                      [&](auto d, const ContactPack<S>& pack, PointPack<S>* point, std::size_t lane) HWY_ATTR {
+                          using D = decltype(d);
+                          Bodies<D> bodies(d, view, pack, lane);
+                          const Frame<D> frame(d, pack, lane);
+                          const Vector<D> apart = load(d, pack.apart, lane);
+                          const auto xi = hn::Set(d, relaxation);
+                          auto changed = hn::Zero(d);
+                          for (std::size_t k = 0; k < pack.count; ++k) {
+                              changed = sweepPoint<D, S>(d, point[k], lane, frame, apart, bodies, xi, changed);
+                          }
+                          bodies.putBack(d, view, pack, lane);
+                          alignas(64) S room[ContactPack<S>::width];
+                          hn::Store(changed, d, room);
+                          for (std::size_t n = 0; n < hn::Lanes(d); ++n) {
+                              if (pack.points[lane + n] > 0) {
+                                  change[pack.contact[lane + n]] = room[n];
+                              }
+                          }
+                      });
 }
 
 template <class S>
