@@ -39,8 +39,8 @@ void findLevels(const Problem<S>& problem, std::vector<std::uint32_t>& levels) {
     }
 }
 
-// Whether a contact will most likely stay open: of such three in a hundred are loaded, where ragdolls fall and in piles,
-// and of the others eight in ten.
+// Whether a contact will most likely stay open: of such three in a hundred are loaded, where ragdolls fall and in
+// piles, and of the others eight in ten.
 template <class S>
 bool isApart(const Problem<S>& problem, const ProblemContact<S>& contact) {
     constexpr S apart = S(0.002);  // m
