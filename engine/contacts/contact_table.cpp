@@ -23,10 +23,11 @@ bool isOfGround(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b)
 
 template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies,
-                             const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
+                             std::span<const Vec3<S>> drift, const SpeculativeBounds& speculative, JobSystem& jobs,
+                             bool onlyChanged) {
     crowded_ = leaveOutCrowds(found, bodies, jobs, near_, crowd_);
     follow(crowded_ > 0 ? near_ : found, bodies);
-    collide(bodies, speculative, jobs, onlyChanged);
+    collide(bodies, drift, speculative, jobs, onlyChanged);
     cull(bodies, jobs);
 }
 
@@ -146,14 +147,17 @@ bool ContactTable<S>::isFarApart(const PairContacts<S>& pair, const SpeculativeB
 }
 
 template <class S>
-void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs,
-                              bool onlyChanged) {
+void ContactTable<S>::collide(const BodyTable<S>& bodies, std::span<const Vec3<S>> drift,
+                              const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
     constexpr std::size_t pairsPerJob = 32;
     const std::size_t jobCount = (pairs_.size() + pairsPerJob - 1) / pairsPerJob;
     countsOf_.assign(jobCount, {});
     roaming_.resize(bodies.slotCount());
     seen_.assign(pairs_.size(), {});
     using Side = std::optional<PlacedSide<S>>;
+    const auto sideOf = [&](ProxyId body) {
+        return drift.empty() ? presentSide(bodies[body]) : presentSide(bodies[body], drift[body]);
+    };
     // last: the first side of the pair before, which is mostly this one's too.
     const auto look = [&](std::size_t i, Side& last, NarrowCounts& counts) {
         PairContacts<S>& pair = pairs_[i];
@@ -172,9 +176,9 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const SpeculativeBound
             return;
         }
         if (!last || last->body != &a) {
-            last.emplace(presentSide(a));
+            last.emplace(sideOf(pair.pair.a));
         }
-        const PlacedSide<S> other(presentSide(b));
+        const PlacedSide<S> other(sideOf(pair.pair.b));
         const bool anew = collidePair<S>(pair, *last, other, speculative, counts);
         if (anew) {
             pair.roamed = roaming_[pair.pair.a].way + roaming_[pair.pair.b].way;

@@ -216,6 +216,11 @@ template <class S>
 PairSide<S> presentSide(const Body<S>& body) {
     return {&body, body.pose, body.v, body.w};
 }
+// As seen from a frame that moves at `drift` (m/s), which what it may meet has in common with it.
+template <class S>
+PairSide<S> presentSide(const Body<S>& body, const Vec3<S>& drift) {
+    return {&body, body.pose, body.v - drift, body.w};
+}
 
 // The same with what each of its pairs asks of it.
 template <class S>
@@ -257,9 +262,9 @@ class ContactTable {
 public:
     // Follows the sorted list of near pairs (less what crowds have too many of: crowds.hpp) and runs the narrow phase
     // where a pair moved; with `onlyChanged`, where a body has changed between two steps (Body::changed). What is
-    // settled (Body::settled) has not moved.
-    void update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies, const SpeculativeBounds& speculative,
-                JobSystem& jobs, bool onlyChanged = false);
+    // settled (Body::settled) has not moved. drift: as findDrift() has it; empty: none.
+    void update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies, std::span<const Vec3<S>> drift,
+                const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged = false);
     // Forgets the pairs that came apart in the last step.
     void beginStep() { gone_.clear(); }
     // The body leaves the world, in time of its pairs: those of the list stay in it, emptied, until dropForgotten(),
@@ -274,8 +279,9 @@ public:
     void forgetForces(ProxyId body);
 
     // After a step, before its update(), of all bodies that may have moved: no point of one has gone farther in it than
-    // `distance` (m), and none goes faster than `speed` (m/s). Pairs that were farther apart than their two can have
-    // come closer, and can in a step, are not looked at. Thread-safe for different bodies.
+    // `distance` (m), and none goes faster than `speed` (m/s), in a frame that the two of each pair have in common.
+    // Pairs that were farther apart than their two can have come closer, and can in a step, are not looked at.
+    // Thread-safe for different bodies.
     void makeRoomToRoam(std::size_t bodies) { roaming_.resize(bodies); }
     void roam(ProxyId body, double distance, double speed) {
         roaming_[body].way += distance;
@@ -318,7 +324,8 @@ private:
     std::vector<ProxyPair> restingPairsOf(ProxyId body) const;
     std::vector<std::size_t> placesOf(ProxyId body) const;  // in pairs_
     void renewBackward();
-    void collide(const BodyTable<S>& bodies, const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged);
+    void collide(const BodyTable<S>& bodies, std::span<const Vec3<S>> drift, const SpeculativeBounds& speculative,
+                 JobSystem& jobs, bool onlyChanged);
     void cull(const BodyTable<S>& bodies, JobSystem& jobs);
     // Whether it has no manifold, and cannot have one now.
     bool isFarApart(const PairContacts<S>& pair, const SpeculativeBounds& speculative) const;

@@ -31,6 +31,10 @@ constexpr double hybridVisits = 30;
 // step is worth, a bit more than a millisecond (docs/solvers.md, "The knee").
 constexpr double sweptWork = 72;
 constexpr double freeWork = 5e4;
+// What it may take of an island that is held together by joints, whatever it weighs among others: of a ragdoll of 60
+// rows whose limbs touch in flight. Of 100 dolls that fall on stairs joints open by 3 mm at most with this, by 6
+// without, for as much work.
+constexpr double freeWorkOfJointed = 1.2e4;
 // The same where sub-steps are halved, some 5 ms: bridges of 20 to 60 planks under crates of fifty planks' weight open
 // by 4 mm at most, with a quarter of it by 15, without a bound by 74, and a curtain of 10,000 balls takes 5 s a step.
 constexpr double freeWorkAnew = 2e5;
@@ -145,7 +149,8 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     plan.wasSwept = state.substep > 0 && problem.joints.empty();
     plan.gapes = state.gapes && plan.rests && plan.wasSwept;
     const bool liesJointed = isKnee && !problem.joints.empty() && !problem.contacts.empty();
-    plan.maxWork = !isWorthAll && rows > 0 ? workPerRow * rows
+    const double knee = std::max(workPerRow * rows, isBounded || problem.joints.empty() ? 0.0 : freeWorkOfJointed);
+    plan.maxWork = !isWorthAll && rows > 0 ? knee
                    : plan.wasSwept         ? std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest)
                    : liesJointed ? std::clamp(workAtRestWithJoints * rows, freeWorkAtRestWithJoints, mostWorkAtRest)
                                  : infinity<double>();

@@ -12,6 +12,7 @@ namespace cairn {
 template <class S>
 struct Before {
     Vec3<S> position = Vec3<S>::Zero();
+    Vec3<S> v = Vec3<S>::Zero();  // m/s
     Vec3<S> w = Vec3<S>::Zero();  // rad/s
     Quat<S> rotation = Quat<S>::Identity();
 
@@ -31,11 +32,11 @@ struct CcdCounts {
                          // something after the last iteration
 };
 
-// m, that no point of a body went farther from where it was, turning evenly (dt: s, of the step). Of what has no end
-// and turned, infinite.
+// m, that no point of a body went farther from where it was, turning evenly (dt: s, of the step), in a frame that went
+// by `along` (m). Of what has no end and turned, infinite.
 template <class S>
-double distanceMoved(const Body<S>& body, const Before<S>& before, double dt) {
-    const double went = static_cast<double>((body.pose.position - before.position).norm());
+double distanceMoved(const Body<S>& body, const Before<S>& before, double dt, const Vec3<S>& along = Vec3<S>::Zero()) {
+    const double went = static_cast<double>((body.pose.position - before.position - along).norm());
     const double turned = static_cast<double>((before.rotation.conjugate() * body.pose.rotation).vec().norm());
     const bool isFar = dt * static_cast<double>(std::max(body.w.norm(), before.w.norm())) > farTurn;
     const double chord = isFar ? 2 : 2 * turned;
@@ -61,14 +62,15 @@ inline bool meetsNothing(const Filter& filter) {
     return filter.group <= 0 && (filter.mask == 0 || filter.category == 0);
 }
 
-// Whether it went so far within the step that its way is searched for what it would pass.
+// Whether it went so far within the step, in a frame that went by `along` (m), that its way is searched for what it
+// would pass.
 template <class S>
-bool isFastBody(const Body<S>& body, const Before<S>& before, S dt) {
+bool isFastBody(const Body<S>& body, const Before<S>& before, S dt, const Vec3<S>& along = Vec3<S>::Zero()) {
     if (!std::isfinite(body.kind->ccdDistance) || meetsNothing(body.kind->def.filter)) {
         return false;
     }
     const double spin = static_cast<double>(std::max(body.w.norm(), before.w.norm()));
-    return static_cast<double>((body.pose.position - before.position).norm()) +
+    return static_cast<double>((body.pose.position - before.position - along).norm()) +
                static_cast<double>(dt) * spin * body.kind->turningRadius >
            body.kind->ccdDistance;
 }

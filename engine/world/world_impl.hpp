@@ -161,8 +161,10 @@ private:
     // Of two that rest no pair is looked for: sleepers beside what is static and new, or was put there, do not rest
     // until it has been.
     void findSleepersBeside();
-    // Contacts where the bodies are now: for the report, for queries, and for the step to come.
+    // Contacts where the bodies are now: for the report, for queries, and for the step to come, by the drift that has
+    // been looked for.
     void detect(double dt, bool onlyChanged);
+    void lookForDrift(double dt);
     // Boxes for a step to come.
     void moveProxies(double dt);
     // Of the awake bodies: who leaves its fat box, most do not, is asked in parallel; they are then moved in order.
@@ -232,6 +234,7 @@ private:
     std::vector<double> loads_;         // by awake island: loadOf() of those that are not settled
     std::vector<double> maxWork_;       // by awake island; empty: no bound
     std::vector<double> roomBeside_;    // m, by body: as far as it may go anywhere in the box that it has
+    std::vector<Vec3<S>> drift_;        // findDrift(), after the last step
     std::vector<std::uint8_t> isFast_;  // room of catchFastBodies()
     std::vector<std::uint32_t> fast_;
     std::shared_ptr<ContinuousRoom> continuousRoom_;

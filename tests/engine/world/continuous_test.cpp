@@ -335,9 +335,18 @@ TEST(Continuous, NothingIsPaidWhereNothingIsFast) {
     }
 }
 
+// What stands 5 mm beside the way of a ball of 10 cm about the origin: alone it would not be followed.
+void addBeside(Worldd& world, const Filter& filter) {
+    world.add({.type = BodyType::Static,
+               .shapes = {box(Vec3d::Constant(0.1))},
+               .position = Vec3d(0, 0.205, 0),
+               .filter = filter});
+}
+
 TEST(Continuous, WhatCollidesWithNothingIsNotFollowed) {
     const auto ccdBodies = [](const Filter& filter) {
         Worldd world({.gravity = Vec3d::Zero()});
+        addBeside(world, filter);
         world.add({.shapes = {sphere(0.1)}, .linearVelocity = Vec3d(100, 0, 0), .filter = filter});
         return world.step(1.0 / 60).counts.ccdBodies;
     };
@@ -368,6 +377,7 @@ TEST(Continuous, WhatIsCarriedAlongIsNotHeld) {
 TEST(Continuous, AlwaysAndNeverAreObeyed) {
     const auto ccdBodies = [](Continuous rule, double speed) {
         Worldd world({.gravity = Vec3d::Zero()});
+        addBeside(world, {});
         world.add({.shapes = {sphere(0.1)}, .linearVelocity = Vec3d(speed, 0, 0), .continuous = rule});
         return world.step(1.0 / 60).counts.ccdBodies;
     };
@@ -375,6 +385,20 @@ TEST(Continuous, AlwaysAndNeverAreObeyed) {
     EXPECT_EQ(ccdBodies(Continuous::Never, 1000), 0);
     EXPECT_EQ(ccdBodies(Continuous::Auto, 2.9), 0) << "4.8 cm a step, of 10 cm";
     EXPECT_EQ(ccdBodies(Continuous::Auto, 3.1), 1);
+}
+
+TEST(Continuous, WhatIsFarFromAllIsNotFollowed) {
+    Worldd world({.gravity = Vec3d::Zero()});
+    world.add({.shapes = {sphere(0.1)}, .linearVelocity = Vec3d(100, 0, 0)});
+    world.add({.type = BodyType::Static, .shapes = {box({0.1, 1, 1})}, .position = Vec3d(12, 0, 0)});
+    int followed = 0;
+    for (int i = 0; i < 9; ++i) {
+        const StepCounts& counts = world.step(1.0 / 60).counts;
+        followed += counts.ccdBodies;
+        EXPECT_TRUE(i > 3 || counts.ccdBodies == 0);
+    }
+    EXPECT_GE(followed, 1);
+    EXPECT_LT(world.pose(world.bodies().front()).position.x(), 11.9) << "nothing passes";
 }
 
 // What is held at an impact loses the rest of that step, and the speed that it would have fallen into in it: it comes
