@@ -94,6 +94,20 @@ void addFace(const Triangle& t, const Scratch& scratch, Clusters& clusters) {
     }
 }
 
+// Whether a point is over the triangle, and farther within its edges than `depth` (m) behind its plane. Of a shape whose
+// deepest point that is no direction leads out on a shorter way than the triangle's face: one that leans by an angle x
+// meets cos x of the depth, and sin x of the way to the edges.
+bool isOver(const Triangle& t, const Vec3d& point, double depth) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d edge = t.corners[(k + 1) % 3] - t.corners[k];
+        const double inside = t.face.cross(edge).dot(point - t.corners[k]);
+        if (!(inside > 0) || inside * inside <= depth * depth * edge.squaredNorm()) {
+            return false;
+        }
+    }
+    return true;
+}
+
 enum class Touch { None, Face, Edge, Inner };
 
 // How the shape touches the triangle: with its face, over an edge that can be touched, or over one that cannot (Inner:
@@ -108,7 +122,7 @@ Touch convexTriangle(const Triangle& t, const Convex& b, double margin, bool byF
     }
     const double scale = scaleOf(b);
     corners = 0b111;
-    if (t.active == 0 && t.sharp == 0) {
+    if ((t.active == 0 && t.sharp == 0) || (!byFcl && isOver(t, overlap.lastB, std::max(0.0, faceDepth)))) {
         // Its face is all that it can add, and what is deeper beside it is its neighbours'.
         clipByFace(t, b, margin, scratch);
         addFace(t, scratch, clusters);
