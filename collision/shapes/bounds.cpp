@@ -188,9 +188,15 @@ Aabb bounds(std::span<const Shape> shapes, const Posed& worldFromBody) {
     if (shapes.empty()) {
         return {worldFromBody.position, worldFromBody.position};
     }
-    Aabb box = boundsOfShape(shapes.front(), worldFromBody * shapes.front().pose);
+    // Most bodies are one shape in its own frame.
+    const auto boundsOf = [&](const Shape& shape) {
+        const bool isOwnFrame =
+            shape.pose.position.isZero(0) && shape.pose.rotation.coeffs() == Quatd::Identity().coeffs();
+        return boundsOfShape(shape, isOwnFrame ? worldFromBody : worldFromBody * shape.pose);
+    };
+    Aabb box = boundsOf(shapes.front());
     for (const Shape& shape : shapes.subspan(1)) {
-        box = merged(box, boundsOfShape(shape, worldFromBody * shape.pose));
+        box = merged(box, boundsOf(shape));
     }
     return box;
 }
