@@ -94,9 +94,9 @@ void addFace(const Triangle& t, const Scratch& scratch, Clusters& clusters) {
     }
 }
 
-// Whether a point is over the triangle, and farther within its edges than `depth` (m) behind its plane. Of a shape whose
-// deepest point that is no direction leads out on a shorter way than the triangle's face: one that leans by an angle x
-// meets cos x of the depth, and sin x of the way to the edges.
+// Whether a point is over the triangle, and farther within its edges than `depth` (m) behind its plane. Of a shape
+// whose deepest point that is no direction leads out on a shorter way than the triangle's face: one that leans by an
+// angle x meets cos x of the depth, and sin x of the way to the edges.
 bool isOver(const Triangle& t, const Vec3d& point, double depth) {
     for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d edge = t.corners[(k + 1) % 3] - t.corners[k];

@@ -99,6 +99,30 @@ bool isInVain(const Problem<S>& problem, const ControllerState& state, bool move
     return problem.contacts.empty() ? isLooped(problem) && (moves || mayFall) : moves && state.backoff > 0;
 }
 
+// Visits a row that an exact solution of what moves is worth. isBounded: no more than any other step.
+template <class S>
+double workPerRow(const Problem<S>& problem, bool isBounded) {
+    return isBounded ? sweptWork : problem.limits.workPerRow;
+}
+
+// Visits that one is worth of what moves, and of what does not.
+template <class S>
+double workInMotion(const Problem<S>& problem, bool isBounded) {
+    const double free = isBounded || problem.joints.empty() ? 0 : freeWorkOfJointed;
+    return std::max(free, workPerRow(problem, isBounded) * problem.expectedRows());
+}
+template <class S>
+double workWhereAtRest(const Problem<S>& problem, bool wasSwept) {
+    const double rows = problem.expectedRows();
+    if (wasSwept) {
+        return std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest);
+    }
+    const bool isKnee = std::isfinite(problem.limits.workPerRow);
+    return isKnee && !problem.joints.empty() && !problem.contacts.empty()
+               ? std::clamp(workAtRestWithJoints * rows, freeWorkAtRestWithJoints, mostWorkAtRest)
+               : infinity<double>();
+}
+
 // The bound is on factors: whoever asks for conjugate gradients asks for `direct`.
 SolverSettings factored(SolverSettings settings) {
     settings.def.linearSolver = LinearSolver::Factor;
@@ -143,17 +167,11 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     // most often, a try is worth no more than any other step.
     const bool isKnee = std::isfinite(problem.limits.workPerRow);
     const bool isBounded = isKnee && problem.contacts.empty() && (state.backoff > 0 || isLooped(problem));
-    const double workPerRow = isBounded ? sweptWork : problem.limits.workPerRow;
     StepPlan plan;
     plan.rests = !moves;
     plan.wasSwept = state.substep > 0 && problem.joints.empty();
     plan.gapes = state.gapes && plan.rests && plan.wasSwept;
-    const bool liesJointed = isKnee && !problem.joints.empty() && !problem.contacts.empty();
-    const double knee = std::max(workPerRow * rows, isBounded || problem.joints.empty() ? 0.0 : freeWorkOfJointed);
-    plan.maxWork = !isWorthAll && rows > 0 ? knee
-                   : plan.wasSwept         ? std::clamp(workAtRest * rows, freeWorkAtRest, mostWorkAtRest)
-                   : liesJointed ? std::clamp(workAtRestWithJoints * rows, freeWorkAtRestWithJoints, mostWorkAtRest)
-                                 : infinity<double>();
+    plan.maxWork = !isWorthAll && rows > 0 ? workInMotion(problem, isBounded) : workWhereAtRest(problem, plan.wasSwept);
     plan.activeSetChanging = moves && !problem.contacts.empty();
     plan.mayHalveOnFailure = !problem.joints.empty();
     const bool isHybrids = isKnee && isInVain(problem, state, moves, mayFall);
@@ -197,7 +215,7 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     // What is held by joints alone, and has a factor over them in each sub-step, has as many as the knee pays for.
     const bool isJointsAlone = settings_.def.substeps == 0 && problem.contacts.empty() && state.sweptVisits > 0;
     const double most = isCrowd         ? crowdSubsteps
-                        : isJointsAlone ? std::max(1.0, std::ceil(workPerRow / state.sweptVisits))
+                        : isJointsAlone ? std::max(1.0, std::ceil(workPerRow(problem, isBounded) / state.sweptVisits))
                                         : asked.substeps;
     const int wanted = static_cast<int>(std::min<double>(asked.substeps, most));
     plan.guard = asked.guard;
