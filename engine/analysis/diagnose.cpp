@@ -342,7 +342,7 @@ Diagnosis World<S>::Impl::diagnose(S dt, double position) {
     broadPhase.update(*jobs);
     // Tables of its own: what the world keeps from step to step stays as it is.
     ContactTable<S> found;
-    found.update(broadPhase.pairs(), bodies, {},
+    found.update(broadPhase.pairs(), bodies, CommonDrift<S>(),
                  {def.contactMargin, static_cast<double>(dt), def.manifoldReuseDistance, def.narrowPhase}, *jobs);
     Islands<S> parts;
     parts.rebuild(bodies, awake, joints, found, false);

@@ -23,7 +23,7 @@ bool isOfGround(const PairContacts<S>& pair, const Body<S>& a, const Body<S>& b)
 
 template <class S>
 void ContactTable<S>::update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies,
-                             std::span<const Vec3<S>> drift, const SpeculativeBounds& speculative, JobSystem& jobs,
+                             const CommonDrift<S>& drift, const SpeculativeBounds& speculative, JobSystem& jobs,
                              bool onlyChanged) {
     crowded_ = leaveOutCrowds(found, bodies, jobs, near_, crowd_);
     follow(crowded_ > 0 ? near_ : found, bodies);
@@ -147,7 +147,7 @@ bool ContactTable<S>::isFarApart(const PairContacts<S>& pair, const SpeculativeB
 }
 
 template <class S>
-void ContactTable<S>::collide(const BodyTable<S>& bodies, std::span<const Vec3<S>> drift,
+void ContactTable<S>::collide(const BodyTable<S>& bodies, const CommonDrift<S>& drift,
                               const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged) {
     constexpr std::size_t pairsPerJob = 32;
     const std::size_t jobCount = (pairs_.size() + pairsPerJob - 1) / pairsPerJob;
@@ -156,7 +156,7 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, std::span<const Vec3<S
     seen_.assign(pairs_.size(), {});
     using Side = std::optional<PlacedSide<S>>;
     const auto sideOf = [&](ProxyId body) {
-        return drift.empty() ? presentSide(bodies[body]) : presentSide(bodies[body], drift[body]);
+        return drift.any() ? presentSide(bodies[body], drift.of(body)) : presentSide(bodies[body]);
     };
     // last: the first side of the pair before, which is mostly this one's too.
     const auto look = [&](std::size_t i, Side& last, NarrowCounts& counts) {

@@ -4,6 +4,7 @@
 #include "collision/broad_phase/broad_phase.hpp"
 #include "collision/narrow_phase/narrow_phase.hpp"
 #include "engine/constraints/contact.hpp"
+#include "engine/contacts/drift.hpp"
 #include "engine/model/body.hpp"
 
 #include <limits>
@@ -262,8 +263,8 @@ class ContactTable {
 public:
     // Follows the sorted list of near pairs (less what crowds have too many of: crowds.hpp) and runs the narrow phase
     // where a pair moved; with `onlyChanged`, where a body has changed between two steps (Body::changed). What is
-    // settled (Body::settled) has not moved. drift: as findDrift() has it; empty: none.
-    void update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies, std::span<const Vec3<S>> drift,
+    // settled (Body::settled) has not moved. By `drift` it is told how fast bodies go.
+    void update(const std::vector<ProxyPair>& found, const BodyTable<S>& bodies, const CommonDrift<S>& drift,
                 const SpeculativeBounds& speculative, JobSystem& jobs, bool onlyChanged = false);
     // Forgets the pairs that came apart in the last step.
     void beginStep() { gone_.clear(); }
@@ -324,7 +325,7 @@ private:
     std::vector<ProxyPair> restingPairsOf(ProxyId body) const;
     std::vector<std::size_t> placesOf(ProxyId body) const;  // in pairs_
     void renewBackward();
-    void collide(const BodyTable<S>& bodies, std::span<const Vec3<S>> drift, const SpeculativeBounds& speculative,
+    void collide(const BodyTable<S>& bodies, const CommonDrift<S>& drift, const SpeculativeBounds& speculative,
                  JobSystem& jobs, bool onlyChanged);
     void cull(const BodyTable<S>& bodies, JobSystem& jobs);
     // Whether it has no manifold, and cannot have one now.

@@ -234,7 +234,7 @@ private:
     std::vector<double> loads_;         // by awake island: loadOf() of those that are not settled
     std::vector<double> maxWork_;       // by awake island; empty: no bound
     std::vector<double> roomBeside_;    // m, by body: as far as it may go anywhere in the box that it has
-    std::vector<Vec3<S>> drift_;        // findDrift(), after the last step
+    CommonDrift<S> drift_;              // of the bodies as they are
     std::vector<std::uint8_t> isFast_;  // room of catchFastBodies()
     std::vector<std::uint32_t> fast_;
     std::shared_ptr<ContinuousRoom> continuousRoom_;

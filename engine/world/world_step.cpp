@@ -1,5 +1,4 @@
 #include "base/team.hpp"
-#include "engine/islands/drift.hpp"
 #include "engine/model/describe.hpp"
 #include "engine/solve/auto.hpp"
 #include "engine/world/world_impl.hpp"
@@ -163,8 +162,8 @@ void World<S>::Impl::applyChanges(double dt) {
 
 template <class S>
 void World<S>::Impl::lookForDrift(double dt) {
-    findDrift<S>(broadPhase.pairs(), bodies, joints, awake, static_cast<S>(dt), static_cast<S>(def.contactMargin),
-                 drift_);
+    drift_.find(broadPhase.pairs(), bodies, joints, awake.bodies, awake.joints, static_cast<S>(dt),
+                static_cast<S>(def.contactMargin));
 }
 
 template <class S>
@@ -174,7 +173,7 @@ void World<S>::Impl::noteRoaming(S dt) {
         const std::uint32_t i = awake.bodies[k];
         const Body<S>& b = bodies[i];
         const double spin = static_cast<double>(b.w.norm());
-        const Vec3<S> drift = drift_.empty() ? Vec3<S>(Vec3<S>::Zero()) : drift_[i];
+        const Vec3<S> drift = drift_.of(i);
         contacts.roam(i, distanceMoved<S>(b, before[i], static_cast<double>(dt), dt * drift),
                       static_cast<double>((b.v - drift).norm()) + (spin > 0 ? spin * b.kind->radius : 0));
     });
@@ -244,11 +243,10 @@ void World<S>::Impl::catchFastBodies(S dt) {
         [&](std::uint32_t i) { broadPhase.move(i, wayBox(i), Vec3d::Zero()); });
     broadPhase.update(*jobs);
     lookForDrift(static_cast<double>(dt));
-    if (!drift_.empty()) {
-        std::erase_if(fast_, [&](std::uint32_t i) {
-            return !drift_[i].isZero(S(0)) && !isFastBody<S>(bodies[i], before[i], dt, dt * drift_[i]);
-        });
-    }
+    std::erase_if(fast_, [&](std::uint32_t i) {
+        const Vec3<S> drift = drift_.of(i);
+        return !drift.isZero(S(0)) && !isFastBody<S>(bodies[i], before[i], dt, dt * drift);
+    });
     const auto mayMeet = [&](ProxyId a, ProxyId b) { return mayCollide(a, b); };
     const CcdCounts counts =
         collideContinuously<S>(bodies, fast_, joints, broadPhase, mayMeet, before, def.gravity.template cast<S>(), dt,

@@ -16,7 +16,7 @@ public:
     Two(const BodyDef& a, const BodyDef& b) {
         add(a);
         add(b);
-        contacts_.update({{0, 1}}, bodies_, {}, {.margin = 0.005}, *jobs_);
+        contacts_.update({{0, 1}}, bodies_, CommonDrift<double>(), {.margin = 0.005}, *jobs_);
         known_ = pair().manifolds.size();
     }
     // The points that a look ahead finds.
