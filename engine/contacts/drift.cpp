@@ -22,7 +22,7 @@ void CommonDrift<S>::find(const std::vector<ProxyPair>& pairs, const BodyTable<S
     placeOf_.resize(bodies.slotCount(), none);
     flights_.clear();
     for (const std::uint32_t i : awakeBodies) {
-        if (bodies[i].isDynamic()) {
+        if (bodies[i].isDynamic() && bodies[i].awake && placeOf_[i] == none) {
             placeOf_[i] = static_cast<std::uint32_t>(flyers_.size());
             flyers_.push_back(i);
             const S mass = bodies[i].kind->mass;
@@ -50,7 +50,9 @@ void CommonDrift<S>::find(const std::vector<ProxyPair>& pairs, const BodyTable<S
     velocities_.resize(flyers_.size());
     for (std::uint32_t place = 0; place < flyers_.size(); ++place) {
         const Flight& flight = flights_[rootOf(place)];
-        velocities_[place] = flight.isHeld ? Vec3<S>(Vec3<S>::Zero()) : Vec3<S>(flight.momentum / flight.mass);
+        // What is beyond numbers the step puts back.
+        const bool flies = !flight.isHeld && flight.momentum.allFinite();
+        velocities_[place] = flies ? Vec3<S>(flight.momentum / flight.mass) : Vec3<S>(Vec3<S>::Zero());
     }
 }
 

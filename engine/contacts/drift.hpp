@@ -14,8 +14,8 @@ namespace cairn {
 template <class S>
 class CommonDrift {
 public:
-    // Looks for it. awakeBodies, awakeJoints: rising or not; pairs: of bodies whose boxes, of the way within dt, are
-    // near. Where nobody goes farther than `margin` (m) within dt there is none.
+    // Looks for it. pairs: of bodies whose boxes, of the way within dt, are near. Where nobody goes farther than
+    // `margin` (m) within dt there is none.
     void find(const std::vector<ProxyPair>& pairs, const BodyTable<S>& bodies, const JointTable<S>& joints,
               std::span<const std::uint32_t> awakeBodies, std::span<const std::uint32_t> awakeJoints, S dt, S margin);
     bool any() const { return !velocities_.empty(); }
