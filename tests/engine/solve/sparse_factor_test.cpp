@@ -123,14 +123,14 @@ TEST(SparseFactor, AgreesWithDense) {
 
 constexpr int side = 12;
 
-std::vector<Edge> gridEdges(int side) {
+std::vector<Edge> gridEdges(int perSide) {
     std::vector<Edge> edges;
-    for (int i = 0; i < side * side; ++i) {
-        if (i % side > 0) {
+    for (int i = 0; i < perSide * perSide; ++i) {
+        if (i % perSide > 0) {
             edges.push_back({i - 1, i});
         }
-        if (i >= side) {
-            edges.push_back({i - side, i});
+        if (i >= perSide) {
+            edges.push_back({i - perSide, i});
         }
     }
     return edges;
