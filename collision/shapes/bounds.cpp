@@ -5,6 +5,7 @@
 #include "collision/shapes/constants.hpp"
 #include "collision/shapes/height_field.hpp"
 #include "collision/shapes/hull.hpp"
+#include "collision/shapes/parts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -190,9 +191,7 @@ Aabb bounds(std::span<const Shape> shapes, const Posed& worldFromBody) {
     }
     // Most bodies are one shape in its own frame.
     const auto boundsOf = [&](const Shape& shape) {
-        const bool isOwnFrame =
-            shape.pose.position.isZero(0) && shape.pose.rotation.coeffs() == Quatd::Identity().coeffs();
-        return boundsOfShape(shape, isOwnFrame ? worldFromBody : worldFromBody * shape.pose);
+        return boundsOfShape(shape, frameOf(shape.pose).isIdentity ? worldFromBody : worldFromBody * shape.pose);
     };
     Aabb box = boundsOf(shapes.front());
     for (const Shape& shape : shapes.subspan(1)) {

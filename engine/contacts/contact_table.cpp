@@ -155,9 +155,7 @@ void ContactTable<S>::collide(const BodyTable<S>& bodies, const CommonDrift<S>& 
     roaming_.resize(bodies.slotCount());
     seen_.assign(pairs_.size(), {});
     using Side = std::optional<PlacedSide<S>>;
-    const auto sideOf = [&](ProxyId body) {
-        return drift.any() ? presentSide(bodies[body], drift.of(body)) : presentSide(bodies[body]);
-    };
+    const auto sideOf = [&](ProxyId body) { return presentSide(bodies[body], drift.of(body)); };
     // last: the first side of the pair before, which is mostly this one's too.
     const auto look = [&](std::size_t i, Side& last, NarrowCounts& counts) {
         PairContacts<S>& pair = pairs_[i];

@@ -87,7 +87,7 @@ TEST(Drift, WhoMayBeStoppedIsSeenAsTheFloorSeesIt) {
         const double lower = world.pose(boxes[0]).position.y();
         deepest = std::max({deepest, 0.2 - lower, 0.4 - (world.pose(boxes[1]).position.y() - lower)});
     }
-    expectBelow("deepest, m", deepest, 1e-3);
+    expectBelow("deepest, m", deepest, 3e-6);
 }
 
 // A pendulum flies nowhere: its hook would stop it.
