@@ -56,7 +56,8 @@ PUBLIC = [
 LIBRARIES = {
     "fcl/": ["collision/*/fcl_*", "collision/fcl_*"],
     "ccd/": ["collision/*/ccd_*", "collision/ccd_*", "collision/*/fcl_*", "collision/fcl_*"],
-    "hwy/": ["base/vector_targets.hpp", "collision/shapes/vector_groups.cpp", "engine/solve/kernels/*"],
+    "hwy/": ["base/vector_lanes.hpp", "base/vector_targets.hpp", "collision/shapes/vector_groups.cpp",
+             "engine/problem/turn_kernels.cpp", "engine/solve/kernels/*"],
 }
 
 # Headers that only the build makes, so that no such file is in the tree.

@@ -7,13 +7,6 @@ namespace {
 // m/s, at which a load may creep without being counted: ten times the default tolerance of `direct`.
 constexpr double unseenSpeed = 1e-5;
 
-// Whether it is as hard to turn about every axis, so that it does not matter which way the body lies.
-template <class S>
-bool isBallLike(const Mat3<S>& inertia) {
-    return inertia(0, 0) == inertia(1, 1) && inertia(1, 1) == inertia(2, 2) && inertia(0, 1) == S(0) &&
-           inertia(0, 2) == S(0) && inertia(1, 2) == S(0);
-}
-
 // Momentum and kinetic energy (twice it) of a dynamic body. Where the gyroscopic rule carries angular momentum, that;
 // else what a spin that does not turn by itself makes of it.
 template <class S>

@@ -15,6 +15,13 @@ Mat3<S> inverseOf(const Mat3<S>& inertia) {
     return Mat3<S>(inertia / scale).inverse() / scale;
 }
 
+// Whether it is as hard to turn about every axis, so that it does not matter which way the body lies.
+template <class S>
+bool isBallLike(const Mat3<S>& inertia) {
+    return inertia(0, 0) == inertia(1, 1) && inertia(1, 1) == inertia(2, 2) && inertia(0, 1) == S(0) &&
+           inertia(0, 2) == S(0) && inertia(1, 2) == S(0);
+}
+
 // How a body without torque moves within one sub-step: it turns by h `mean` about a fixed axis and then spins at `end`.
 template <class S>
 struct FreeSpin {
@@ -31,6 +38,9 @@ constexpr bool carriesMomentum(GyroscopicRule rule) {
 // rad; spun no faster than that in a sub-step, a free body ends at h times its mean spin.
 template <class S>
 constexpr S turnInOne = S(0.25);
+// rad, below which midpointEnd() takes its gradient once.
+template <class S>
+constexpr S oneGradient = S(0.03);
 
 // The midpoint rule on the group of rotations,
 //     I w2 = exp(-h wm) I w1,   wm = (w1 + w2) / 2,
@@ -45,7 +55,7 @@ bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
     Mat3<S> inverse = Mat3<S>::Zero();
     // The gradient changes by the square of a small turn: one serves all iterations.
     const S angle = h * w1.norm();
-    const int gradients = angle < S(0.03) ? 1 : angle < S(1.2) * turnInOne<S> ? 2 : 20;
+    const int gradients = angle < oneGradient<S> ? 1 : angle < S(1.2) * turnInOne<S> ? 2 : 20;
     S before = w1.norm();  // rad/s, the last change
     const S roundOff = Eigen::NumTraits<S>::epsilon() * before;
     for (int iteration = 0; iteration < 10; ++iteration) {

@@ -39,7 +39,6 @@ SolverBody<S> solverBody(std::uint32_t index, const Body<S>& body, const MotionS
         body.torque();
     s.linearDecay = static_cast<S>(body.kind->def.linearDamping);
     s.angularDecay = static_cast<S>(body.kind->def.angularDamping);
-    s.refreshInertia();
     return s;
 }
 
@@ -135,6 +134,7 @@ void Gatherer<S>::gather() {
         const std::uint32_t i = island_.bodies[k];
         problem_.bodies[k] = solverBody(i, world_.bodies[i], world_.motion);
     });
+    problem_.refreshInertia();
     // One body that nothing holds or may touch: heaps that fall have hundreds.
     if (island_.bodies.size() == 1 && island_.joints.empty() && island_.pairs.empty() &&
         !world_.bodies[island_.lowest()].kind->locked) {

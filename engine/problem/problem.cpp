@@ -1,6 +1,8 @@
 #include "engine/problem/problem.hpp"
 #include "base/resize.hpp"
 #include "engine/constraints/axis_lock.hpp"
+#include "engine/model/gyroscopics.hpp"
+#include "engine/problem/turn_kernels.hpp"
 
 namespace cairn {
 SolveReport& SolveReport::operator+=(const SolveReport& o) {
@@ -69,6 +71,7 @@ void Problem<S>::predict(S h) {
     impacts_.clear();
     halvingsAsked = 0;
     forEach(bodies.size(), [&](std::size_t i) { bodies[i].predict(h); });
+    startTurns(h);
     const auto hold = [&](int body) {
         if (body >= 0) {
             bodies[static_cast<std::size_t>(body)].isJointed = true;
@@ -86,8 +89,75 @@ void Problem<S>::predict(S h) {
 }
 
 template <class S>
+template <class GoesInLanes, class Kernel>
+void Problem<S>::inBunches(const GoesInLanes& goesInLanes, const Kernel& kernel) {
+    constexpr std::size_t together = 64;
+    const auto take = [&](std::size_t k) {
+        std::array<SolverBody<S>*, together> those;
+        std::size_t count = 0;
+        for (std::size_t i = k * together; i < std::min((k + 1) * together, bodies.size()); ++i) {
+            if (goesInLanes(bodies[i])) {
+                those[count++] = &bodies[i];
+            }
+        }
+        if (count > 0) {
+            kernel(those.data(), count);
+        }
+    };
+    const std::size_t count = (bodies.size() + together - 1) / together;
+    if (jobs != nullptr) {
+        parallelFor(*jobs, count, 1, take);
+        return;
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+        take(k);
+    }
+}
+
+template <class S>
+void Problem<S>::refreshInertia() {
+    inBunches(
+        [](SolverBody<S>& body) {
+            if (body.fixed || body.holdsInertia || body.hasInertia()) {
+                return false;
+            }
+            const bool isAlone = body.isStiffened() || isBallLike(body.localInertia);
+            if (isAlone) {
+                body.refreshInertia();
+            }
+            return !isAlone;
+        },
+        turnKernels<S>().refresh);
+}
+
+template <class S>
+void Problem<S>::startTurns(S h) {
+    inBunches(
+        [h](SolverBody<S>& body) {
+            const bool isAlone = !body.startsInLanes(h);
+            if (isAlone) {
+                body.startTurn(h);
+            }
+            return !isAlone;
+        },
+        [h](SolverBody<S>** those, std::size_t count) {
+            const std::size_t unanswered = turnKernels<S>().start(those, count, h);
+            std::for_each(those, those + unanswered, [h](SolverBody<S>* body) { body->startTurn(h); });
+        });
+}
+
+template <class S>
 void Problem<S>::integrate(S h) {
-    forEach(bodies.size(), [&](std::size_t i) { bodies[i].integrate(h); });
+    inBunches(
+        [h](SolverBody<S>& body) {
+            body.travel(h);
+            const bool isAlone = !body.turnsInLanes(h);
+            if (isAlone) {
+                body.turn(h);
+            }
+            return !isAlone;
+        },
+        [h](SolverBody<S>** those, std::size_t count) { turnKernels<S>().turn(those, count, h); });
 }
 
 template <class S>
@@ -98,15 +168,6 @@ void Problem<S>::fly(S h) {
     jointBlocks = 0;
     refreshInertia();
     integrate(h);
-}
-
-template <class S>
-void Problem<S>::refreshInertia() {
-    forEach(bodies.size(), [&](std::size_t i) {
-        if (!bodies[i].fixed && !bodies[i].holdsInertia) {
-            bodies[i].refreshInertia();
-        }
-    });
 }
 
 template <class S>

@@ -202,8 +202,12 @@ struct Problem {
         }
         return given;
     }
-    // Of all bodies, as SolverBody::predict(). A sub-step begins.
+    // Of all bodies, as SolverBody::refreshInertia(), but of those that hold what they have.
+    void refreshInertia();
+    // Of all bodies, as SolverBody::predict() and startTurn(). A sub-step begins.
     void predict(S h);
+    // Of all bodies, as SolverBody::startTurn().
+    void startTurns(S h);
     // Collects the rows at the present poses with the lambda of the last solve: all of them, or those of contacts in
     // short alone (contactRows, whose responses and impulses are the solver's own affair), or not even those: then the
     // solver places them itself.
@@ -367,7 +371,10 @@ private:
         return static_cast<std::size_t>(&contact - contacts.data());
     }
     const Pose<S>& poseOf(int body) const { return bodies[static_cast<std::size_t>(body)].pose; }
-    void refreshInertia();
+    // Calls kernel(bodies, count) for those bodies that goesInLanes(body), by several threads where the island is worth
+    // it; what does not is that one's affair.
+    template <class GoesInLanes, class Kernel>
+    void inBunches(const GoesInLanes& goesInLanes, const Kernel& kernel);
     void placeContacts();
     void linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     void linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const;

@@ -2,17 +2,41 @@
 #include "engine/model/gyroscopics.hpp"
 
 namespace cairn {
+namespace {
+
+// rad, of the mean spin in a sub-step: beyond, the spin at its end is looked at.
+template <class S>
+constexpr S farTurn = S(0.5);
+
+// R a R^T of a symmetric matrix.
+template <class S>
+void turnWith(const Mat3<S>& R, const Mat3<S>& a, Mat3<S>& out) {
+    const Mat3<S> half = R * a;
+    for (int r = 0; r < 3; ++r) {
+        for (int c = r; c < 3; ++c) {
+            out(r, c) = half(r, 0) * R(c, 0) + half(r, 1) * R(c, 1) + half(r, 2) * R(c, 2);
+            out(c, r) = out(r, c);
+        }
+    }
+}
+
+}  // namespace
 
 template <class S>
 void SolverBody<S>::refreshInertia() {
-    if (particle || (inertiaAt.coeffs() == pose.rotation.coeffs() && stiffening.isZero(S(0)))) {
+    if (hasInertia()) {
+        return;
+    }
+    inertiaAt = pose.rotation;
+    stiffening.setZero();
+    if (isBallLike(localInertia)) {
+        inertia = localInertia;
+        inverseInertia = localInverseInertia;
         return;
     }
     const Mat3<S> R = pose.rotation.toRotationMatrix();
-    inertiaAt = pose.rotation;
-    stiffening.setZero();
-    inertia = R * localInertia * R.transpose();
-    inverseInertia = R * localInverseInertia * R.transpose();
+    turnWith(R, localInertia, inertia);
+    turnWith(R, localInverseInertia, inverseInertia);
 }
 
 template <class S>
@@ -36,12 +60,11 @@ void SolverBody<S>::predict(S h) {
     if (fixed) {
         return;
     }
-    if (gyroscopic != GyroscopicRule::None || !stiffening.isZero()) {
+    if (gyroscopic != GyroscopicRule::None || isStiffened()) {
         refreshInertia();
     }
     v += forced(h);
     externalImpulse = applyMass(v - vBefore);
-    startTurn(h);
 }
 
 template <class S>
@@ -67,6 +90,19 @@ Vec6<S> SolverBody<S>::expectedOffset(S h) const {
         expected.template head<3>() -= S(0.5) * h * forced(h).template head<3>();
     }
     return expected;
+}
+
+template <class S>
+bool SolverBody<S>::startsInLanes(S h) const {
+    return gyroscopic == GyroscopicRule::Midpoint && !gyroscopicInertia &&
+           h * v.template tail<3>().norm() <= turnInOne<S>;
+}
+
+template <class S>
+bool SolverBody<S>::turnsInLanes(S h) const {
+    const Vec3<S> w = v.template tail<3>();
+    return carriesMomentum(gyroscopic) && !gyroscopicInertia && h * w.norm() <= farTurn<S> &&
+           (h * w + offset.template tail<3>()).squaredNorm() < S(4) * seriesSquare<S> && !isStiffened();
 }
 
 template <class S>
@@ -103,13 +139,17 @@ void SolverBody<S>::undoTurn() {
 
 template <class S>
 void SolverBody<S>::fly(S h) {
+    flies = false;
+    if (isJointed) {
+        return;
+    }
     // Of what forces changed, what a row may have changed beside it.
     constexpr S share = S(1e-6);
     const Vec6<S> change = forced(h);
     const Vec3<S> predicted = vBefore.template head<3>() + inverseMass * externalImpulse.template head<3>();
     const S unseen =
         std::max(share * change.template head<3>().norm(), S(8) * Eigen::NumTraits<S>::epsilon() * predicted.norm());
-    flies = !isJointed && (v.template head<3>() - predicted).norm() <= unseen;
+    flies = (v.template head<3>() - predicted).norm() <= unseen;
     if (!flies) {
         return;
     }
@@ -127,19 +167,26 @@ void SolverBody<S>::fly(S h) {
 }
 
 template <class S>
-void SolverBody<S>::integrate(S h) {
+void SolverBody<S>::travel(S h) {
     if (!fixed) {
         fly(h);
     }
-    if (particle || gyroscopic == GyroscopicRule::None) {
-        pose = moved(v, h);
+    pose.position += h * v.template head<3>() + offset.template head<3>();
+}
+
+template <class S>
+void SolverBody<S>::turn(S h) {
+    if (particle) {
         return;
     }
     // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
     const Vec3<S> momentum = ownMomentum();
     const Vec3<S> mean = v.template tail<3>();
     const Quat<S> from = pose.rotation;
-    pose = moved(v, h);
+    pose.rotation = rotated<S>(from, h * mean + offset.template tail<3>());
+    if (gyroscopic == GyroscopicRule::None) {
+        return;
+    }
     holdsInertia = false;
     refreshInertia();
     if (!carriesMomentum(gyroscopic)) {
@@ -149,9 +196,8 @@ void SolverBody<S>::integrate(S h) {
     // A row that stops or turns the mean spin knows nothing of how the momentum will lie in the body at the end. After
     // a far turn that may be about a light axis in place of a heavy one: energy from nothing, without bound. Who gains
     // it so keeps the spin that the rows left, in its own axes.
-    constexpr S farTurn = S(0.5);  // rad
-    constexpr S gain = S(1.1);     // of kinetic energy, that a sub-step's error in time may look like
-    if (!flies && h * mean.norm() > farTurn) {
+    constexpr S gain = S(1.1);  // of kinetic energy, that a sub-step's error in time may look like
+    if (!flies && h * mean.norm() > farTurn<S>) {
         const Vec3<S> inBody = from.conjugate() * mean;
         const Vec3<S> left = from.conjugate() * momentum;
         const S energy = v.template tail<3>().dot(momentum);

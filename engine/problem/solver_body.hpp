@@ -43,8 +43,12 @@ struct SolverBody {
 
     // Takes the inertia at the present pose; nothing to do where it was taken at that.
     void refreshInertia();
-    // v <- the mean twist of a sub-step of h without constraints: h (force / M) and damping at its start, then the mean
-    // of the free spin (by need).
+    bool hasInertia() const {
+        return particle || (inertiaAt.x() == pose.rotation.x() && inertiaAt.y() == pose.rotation.y() &&
+                            inertiaAt.z() == pose.rotation.z() && inertiaAt.w() == pose.rotation.w() && !isStiffened());
+    }
+    bool isStiffened() const { return stiffening.x() != S(0) || stiffening.y() != S(0) || stiffening.z() != S(0); }
+    // v <- the twist that forces (h force / M) and damping at the start of a sub-step of h leave.
     void predict(S h);
     // By how much forces and damping change the twist in h, from vBefore.
     Vec6<S> forced(S h) const;
@@ -54,9 +58,14 @@ struct SolverBody {
     // back; nothing where no gyroscopic rule holds.
     void startTurn(S h);
     void undoTurn();
-    // Moves the pose by h v, or, where no row held the body, along the parabola of its forces and as a free body turns;
-    // then v is the twist at the end of the sub-step.
-    void integrate(S h);
+    // Moves the place by h v or, where no row held the body, along the parabola of its forces, and finds how such a
+    // body turns; turn() follows.
+    void travel(S h);
+    // Turns by h v and the offset; then v is the twist at the end of the sub-step.
+    void turn(S h);
+    // Whether startTurn() and turn() are those of turn_kernels.hpp: it turns by the midpoint rule, and little.
+    bool startsInLanes(S h) const;
+    bool turnsInLanes(S h) const;
     // Where the body is after h seconds at twist v, starting here (offset included).
     Pose<S> moved(const Vec6<S>& twist, S h) const;
     // M^-1 times a generalised impulse.

@@ -396,12 +396,9 @@ bool resolveImpacts(Problem<S>& problem, const SolverSettings& settings, S h) {
             findTimes(problem, group, h);
         }
         hits = bounceInTurn(problem, groups, hitAt, threshold, h);
-        bool respondsAnew = false;
-        for (SolverBody<S>& body : problem.bodies) {
-            body.startTurn(h);
-            respondsAnew = respondsAnew || body.holdsInertia;
-        }
-        if (respondsAnew) {
+        problem.startTurns(h);
+        if (std::any_of(problem.bodies.begin(), problem.bodies.end(),
+                        [](const auto& body) { return body.holdsInertia; })) {
             problem.respond();
         }
     }

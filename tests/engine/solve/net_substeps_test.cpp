@@ -10,7 +10,7 @@
 namespace cairn {
 namespace {
 
-constexpr int side = 8;
+constexpr int netSide = 8;
 
 // Knots of 1 kg, .5 m apart, pinned to their neighbours halfway, hung by two corners and let go flat.
 struct Net {
@@ -23,21 +23,21 @@ struct Net {
     std::vector<End> ends;
 
     explicit Net(const WorldDef& def) : world(def) {
-        for (int i = 0; i < side * side; ++i) {
-            const bool hung = i == 0 || i == side - 1;
+        for (int i = 0; i < netSide * netSide; ++i) {
+            const bool hung = i == 0 || i == netSide - 1;
             knots.push_back(world.add(BodyDef{.type = hung ? BodyType::Static : BodyType::Dynamic,
                                               .shapes = {box(Vec3d::Constant(0.08))},
-                                              .position = Vec3d(0.5 * (i % side), 10, 0.5 * (i / side)),
+                                              .position = Vec3d(0.5 * (i % netSide), 10, 0.5 * (i / netSide)),
                                               .mass = hung ? 0.0 : 1.0,
 
                                               .filter = {.mask = 0}}));
         }
-        for (int i = 0; i < side * side; ++i) {
-            if (i % side + 1 < side) {
+        for (int i = 0; i < netSide * netSide; ++i) {
+            if (i % netSide + 1 < netSide) {
                 pin(i, i + 1, Vec3d(0.25, 0, 0));
             }
-            if (i + side < side * side) {
-                pin(i, i + side, Vec3d(0, 0, 0.25));
+            if (i + netSide < netSide * netSide) {
+                pin(i, i + netSide, Vec3d(0, 0, 0.25));
             }
         }
     }
@@ -51,7 +51,7 @@ struct Net {
     double energy() const {
         double sum = 0;
         for (std::size_t i = 0; i < knots.size(); ++i) {
-            if (i != 0 && i != side - 1) {
+            if (i != 0 && i != netSide - 1) {
                 const BodyId id = knots[i];
                 const double inertia = 2.0 / 3 * 0.08 * 0.08;  // kg m2, of a cube of 1 kg about any axis
                 sum += standardGravity * world.pose(id).position.y() + 0.5 * world.linearVelocity(id).squaredNorm() +
