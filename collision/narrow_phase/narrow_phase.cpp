@@ -94,7 +94,7 @@ double ask(const Shape& first, const Shape& second, const Frame& firstFromSecond
         return 0;
     }
     ++counts.shapePairs;
-    WorkManifold manifold;
+    WorkManifold& manifold = out.emplace_back();
     bool near = false;
     if (first.kind == ShapeKind::HalfSpace) {
         if (byFcl && second.kind != ShapeKind::Hull) {
@@ -110,9 +110,11 @@ double ask(const Shape& first, const Shape& second, const Frame& firstFromSecond
         near = near && !isInternalEdge(a, b, scratch, manifold);
     }
     if (near) {
-        out.push_back(manifold);
+        return 0;
     }
-    return near ? 0 : manifold.apart;
+    const double apart = manifold.apart;
+    out.pop_back();
+    return apart;
 }
 
 bool isSound(const WorkManifold& m) {
@@ -166,10 +168,18 @@ struct OrderedPair {
     const Shape& first;
     const Shape& second;
     bool swapped;
-    Frame firstFromSecond;
-    Frame bodyAFromFirst;
-    Frame bodyBFromFirst;
+    const Frame& firstFromSecond;
+    const Frame& bodyAFromFirst;
+    const Frame& bodyBFromFirst;
 };
+
+// outer * inner, in `room` where neither is the identity.
+const Frame& product(const Frame& outer, const Frame& inner, Frame& room) {
+    if (outer.isIdentity || inner.isIdentity) {
+        return outer.isIdentity ? inner : outer;
+    }
+    return room = outer * inner;
+}
 
 // Whether the centres or the axes of the two may meet, where the poses name no direction. Shapes of one kind are never
 // swapped.
@@ -203,6 +213,10 @@ const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, 
     return manifolds;
 }
 
+Vec3d inBody(const Frame& bodyFromFirst, const Vec3d& point) {
+    return bodyFromFirst.isIdentity ? point : bodyFromFirst * point;
+}
+
 void appendInBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t shapeA, std::uint32_t shapeB,
                     std::vector<Manifold>& out) {
     Manifold& made = out.emplace_back();
@@ -217,8 +231,8 @@ void appendInBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_
     for (int k = 0; k < m.count; ++k) {
         const ContactPoint& from = m.points[static_cast<std::size_t>(k)];
         ContactPoint& to = made.points[static_cast<std::size_t>(k)];
-        to.onA = pair.bodyAFromFirst * (pair.swapped ? from.onB : from.onA);
-        to.onB = pair.bodyBFromFirst * (pair.swapped ? from.onA : from.onB);
+        to.onA = inBody(pair.bodyAFromFirst, pair.swapped ? from.onB : from.onA);
+        to.onB = inBody(pair.bodyBFromFirst, pair.swapped ? from.onA : from.onB);
         to.separation = from.separation;
         to.feature = from.feature;
     }
@@ -292,19 +306,23 @@ double collide(const BodyShapes& bodyA, const BodyShapes& bodyB, const Posed& aF
             apart = 0;
             return;  // two static shapes
         }
-        const Frame poseA = cull ? partsA[i].pose : frameOf(a[i].pose);
-        const Frame poseB = cull ? partsB[j].pose : frameOf(b[j].pose);
-        const Frame bodyAFromFirst = swapped ? bodies * poseB : poseA;
-        const OrderedPair pair{
-            .first = first,
-            .second = second,
-            .swapped = swapped,
-            .firstFromSecond = swapped ? bodyAFromFirst.inverse() * poseA : poseA.inverse() * (bodies * poseB),
-            .bodyAFromFirst = bodyAFromFirst,
-            .bodyBFromFirst = swapped ? poseB : bodiesBack * poseA};
+        const Frame ownA = cull ? Frame{} : frameOf(a[i].pose);
+        const Frame ownB = cull ? Frame{} : frameOf(b[j].pose);
+        const Frame& poseA = cull ? partsA[i].pose : ownA;
+        const Frame& poseB = cull ? partsB[j].pose : ownB;
+        Frame roomAFromB, roomBFromA, roomBoth;
+        const Frame& bodyAFromB = product(bodies, poseB, roomAFromB);
+        const Frame& bodyBFromA = product(bodiesBack, poseA, roomBFromA);
+        const Frame back = (swapped ? poseB : poseA).inverse();
+        const OrderedPair pair{.first = first,
+                               .second = second,
+                               .swapped = swapped,
+                               .firstFromSecond = product(back, swapped ? bodyBFromA : bodyAFromB, roomBoth),
+                               .bodyAFromFirst = swapped ? bodyAFromB : poseA,
+                               .bodyBFromFirst = swapped ? poseB : bodyBFromA};
         PairCache::Entry* last = remembers(pair) ? &entryOf(cache, i, j, cursor) : nullptr;
         const Vec3d lastNormal =
-            last != nullptr ? Vec3d(bodyAFromFirst.rotation.transpose() * last->normal) : Vec3d(Vec3d::Zero());
+            last != nullptr ? Vec3d(pair.bodyAFromFirst.rotation.transpose() * last->normal) : Vec3d(Vec3d::Zero());
         ++counts.calls;
         const std::vector<WorkManifold>& manifolds = answer(pair, margin, which, lastNormal, counts, apart);
         for (const WorkManifold& m : manifolds) {

@@ -18,20 +18,17 @@ Vec3d across(const Posed& aFromB, const Vec3d& point, bool inA) {
     return isOrigin ? origin : Vec3d(origin + turned(back, point));
 }
 
-// How the smaller of two bodies has moved against the other since their manifold was made.
-struct Moved {
-    double distance = 0;  // m, no point of it farther than this
-    double turn = 0;      // rad
-};
-
+// How the smaller of two bodies has moved against the other since their manifold was made: m, its centre. The rest of
+// it comes of the turn.
 template <class S>
-Moved movedSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>& a, const Body<S>& b) {
+double displacementSince(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>& a, const Body<S>& b) {
     const bool fromB = a.kind->radius < b.kind->radius;
-    const Body<S>& small = fromB ? a : b;
-    const Vec3d centre = small.kind->localCentre.template cast<double>();
-    const Vec3d displacement = across(aFromB, centre, fromB) - across(pair.aFromB, centre, fromB);
-    const double turn = 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm();
-    return {displacement.norm() + turn * small.kind->radius, turn};
+    const Vec3d centre = (fromB ? a : b).kind->localCentre.template cast<double>();
+    return (across(aFromB, centre, fromB) - across(pair.aFromB, centre, fromB)).norm();
+}
+template <class S>
+double turnSince(const PairContacts<S>& pair, const Posed& aFromB) {  // rad
+    return 2 * (pair.aFromB.rotation.conjugate() * aFromB.rotation).vec().norm();
 }
 
 // m. Where something rolls, the point that touches wanders off the known one, and a separation that is too small by the
@@ -59,27 +56,34 @@ double tilt(const ContactManifold<S>& manifold) {
     return steepest;
 }
 
-// Whether the manifolds still say how the bodies lie. ahead: m, what can be closed within the step.
+// Whether the manifolds still say how the bodies lie, b at aFromB. ahead: m, what can be closed within the step.
 template <class S>
-bool holds(const PairContacts<S>& pair, const Moved& moved, double ahead, const SpeculativeBounds& speculative,
-           double smallerRadius) {
-    if (moved.distance + ahead + speculative.margin <= pair.apart) {
+bool holds(const PairContacts<S>& pair, const Posed& aFromB, const Body<S>& a, const Body<S>& b, double ahead,
+           const SpeculativeBounds& speculative) {
+    const double smallerRadius = std::min(a.kind->radius, b.kind->radius);
+    const double displacement = displacementSince(pair, aFromB, a, b);
+    const bool isFar = displacement + ahead + speculative.margin <= pair.apart;
+    if (!isFar && displacement > speculative.reuseDistance) {
+        return false;
+    }
+    const double turn = turnSince(pair, aFromB);
+    const double moved = displacement + turn * smallerRadius;  // no point farther
+    if (moved + ahead + speculative.margin <= pair.apart) {
         return true;
     }
     // What lies within the speculative bounds of this step must be among the known points.
-    if (moved.distance > reuseBound(pair, speculative.reuseDistance, smallerRadius) ||
-        moved.distance + ahead > pair.margin) {
+    if (moved > reuseBound(pair, speculative.reuseDistance, smallerRadius) || moved + ahead > pair.margin) {
         return false;
     }
     // m: points at the rims of faces move with them, and along what tilts that shows in the depth.
     constexpr double unseen = 5e-10;
     if (std::any_of(pair.manifolds.begin(), pair.manifolds.end(),
-                    [&](const ContactManifold<S>& manifold) { return moved.distance * tilt(manifold) > unseen; })) {
+                    [&](const ContactManifold<S>& manifold) { return moved * tilt(manifold) > unseen; })) {
         return false;
     }
     // m: where points were left out, a turn may make one of them the deepest.
     const double deeper = std::max(1e-9, 8 * static_cast<double>(std::numeric_limits<S>::epsilon()) * smallerRadius);
-    return moved.turn * smallerRadius <= deeper ||
+    return turn * smallerRadius <= deeper ||
            std::none_of(pair.manifolds.begin(), pair.manifolds.end(),
                         [](const ContactManifold<S>& manifold) { return manifold.isReduced; });
 }
@@ -132,7 +136,10 @@ void fillManifold(const Manifold& geometry, const Body<S>& a, const Body<S>& b, 
     const Material& materialA = shapeA.material;
     const Material& materialB = shapeB.material;
     manifold.friction = combined<S>(materialA.friction, materialB.friction);
-    manifold.staticFriction = combined<S>(staticFriction(materialA), staticFriction(materialB));
+    const bool sticks =
+        staticFriction(materialA) > materialA.friction || staticFriction(materialB) > materialB.friction;
+    manifold.staticFriction =
+        sticks ? combined<S>(staticFriction(materialA), staticFriction(materialB)) : manifold.friction;
     manifold.restitution = static_cast<S>(std::max(materialA.restitution, materialB.restitution));
     if (before != nullptr && before->rolling) {
         manifold.rolling = std::move(before->rolling);
@@ -375,15 +382,12 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
                  const SpeculativeBounds& speculative, NarrowCounts& counts) {
     const Posed aFromB = relativePose(a.place, b.place);
     const double ahead = closing(a, b, speculative.dt);
-    if (pair.made) {
-        const Moved moved = movedSince(pair, aFromB, *a.body, *b.body);
-        if (holds(pair, moved, ahead, speculative, std::min(a.body->kind->radius, b.body->kind->radius))) {
-            pair.forgetBefore();
-            for (ContactManifold<S>& manifold : pair.manifolds) {
-                placeSeparations(manifold, a, b);
-            }
-            return false;
+    if (pair.made && holds(pair, aFromB, *a.body, *b.body, ahead, speculative)) {
+        pair.forgetBefore();
+        for (ContactManifold<S>& manifold : pair.manifolds) {
+            placeSeparations(manifold, a, b);
         }
+        return false;
     }
     Margin margin(speculative.margin + ahead);
     double known = margin.all;
@@ -424,7 +428,7 @@ bool collidePair(PairContacts<S>& pair, const PlacedSide<S>& a, const PlacedSide
     // What has none keeps no room for any.
     std::vector<ContactManifold<S>> none;
     std::vector<ContactManifold<S>>& manifolds = found.empty() ? none : room;
-    const Quatd bFromA = (b.place.rotation.conjugate() * a.place.rotation).normalized();
+    const Quatd bFromA = aFromB.rotation.conjugate();
     for (const Manifold& geometry : found) {
         ContactManifold<S>* before = nullptr;
         for (ContactManifold<S>& old : pair.manifolds) {
