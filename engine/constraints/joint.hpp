@@ -43,6 +43,11 @@ struct Joint {
         return false;
     }
 
+    // Whether it holds a point of b at one of a, rigidly, and does nothing beside.
+    bool isPin() const {
+        const BallDef* ball = std::get_if<BallDef>(&def);
+        return ball != nullptr && ball->friction == 0 && compliance.empty() && !frames.particles;
+    }
     // Appends the joint's rows at the poses of its bodies' centres of mass, soft rows marked, lambda loaded.
     void linearize(const JointPoses<S>& poses, std::vector<Row<S>>& rows, RowBlock<S>& block) const {
         const std::size_t first = rows.size();

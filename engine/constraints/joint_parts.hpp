@@ -55,21 +55,46 @@ inline std::optional<Complaint> anglesInOrder(const char* lowerName, double lowe
     return inOrder(lowerName, lower, upperName, upper);
 }
 
+// Where two points that a joint brings together are: arms from the centres of mass to p_b, and p_b - p_a.
+template <class S>
+struct PointEnds {
+    Vec3<S> armA, armB, gap;
+
+    PointEnds(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b) {
+        armB = b.rotation * frames.b.position;
+        const Vec3<S> pointB = b.position + armB;
+        armA = pointB - a.position;
+        gap = pointB - a * frames.a.position;
+    }
+};
+
 // Three rows that bring two points together: C = p_b - p_a in the axes of a's joint frame (theory 4.4). Axes
 // that turn with a make C blind to a common rotation, so that angular momentum is conserved (theory 3.9).
 template <class S>
 void pointRows(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b, RowWriter<S>& rows) {
-    const Vec3<S> pointA = a * frames.a.position;
-    const Vec3<S> armB = b.rotation * frames.b.position;
-    const Vec3<S> pointB = b.position + armB;
-    const Vec3<S> armA = pointB - a.position;
+    const PointEnds<S> ends(frames, a, b);
     const Mat3<S> axes = (a.rotation * frames.a.rotation).toRotationMatrix();
-    const Vec3<S> gap = pointB - pointA;
     for (int k = 0; k < 3; ++k) {
         const Vec3<S> n = axes.col(k);
-        rows.point(n, armA, armB, n.dot(gap));
+        rows.point(n, ends.armA, ends.armB, n.dot(ends.gap));
     }
-    rows.pointForce(3, armA, armB);
+    rows.pointForce(3, ends.armA, ends.armB);
+}
+// C of those alone.
+template <class S>
+Vec3<S> pointErrors(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b) {
+    return (a.rotation * frames.a.rotation).conjugate() * PointEnds<S>(frames, a, b).gap;
+}
+// The same rows along the axes of the world, with C, its direction (b's) and arms, and no gradient of a turn.
+template <class S>
+void pointRowsInWorld(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b, RowWriter<S>& rows) {
+    const PointEnds<S> ends(frames, a, b);
+    for (int k = 0; k < 3; ++k) {
+        Row<S>& row = rows.add({});
+        row.b(k) = S(1);
+        row.C = ends.gap(k);
+    }
+    rows.pointForce(3, ends.armA, ends.armB);
 }
 
 inline constexpr FieldRule jointFrictionRule = {"N m, the most that resists turning", 0};

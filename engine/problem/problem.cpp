@@ -1,8 +1,6 @@
 #include "engine/problem/problem.hpp"
 #include "base/resize.hpp"
 #include "engine/constraints/axis_lock.hpp"
-#include "engine/model/gyroscopics.hpp"
-#include "engine/problem/turn_kernels.hpp"
 
 namespace cairn {
 SolveReport& SolveReport::operator+=(const SolveReport& o) {
@@ -64,110 +62,6 @@ void Problem<S>::placePoint(ProblemContact<S>& contact, int k, ContactGeometry<S
         rounds[static_cast<std::size_t>(contact.firstRound + k)] = {at.roundA, at.roundB, at.startRoundA,
                                                                     at.startRoundB, at.startCarrier};
     }
-}
-
-template <class S>
-void Problem<S>::predict(S h) {
-    impacts_.clear();
-    halvingsAsked = 0;
-    forEach(bodies.size(), [&](std::size_t i) { bodies[i].predict(h); });
-    startTurns(h);
-    const auto hold = [&](int body) {
-        if (body >= 0) {
-            bodies[static_cast<std::size_t>(body)].isJointed = true;
-        }
-    };
-    for (const JointLink& link : joints) {
-        hold(link.a);
-        hold(link.b);
-        hold(link.c);
-        hold(link.d);
-    }
-    for (const LockLink& lock : locks) {
-        hold(lock.b);
-    }
-}
-
-template <class S>
-template <class GoesInLanes, class Kernel>
-void Problem<S>::inBunches(const GoesInLanes& goesInLanes, const Kernel& kernel) {
-    constexpr std::size_t together = 64;
-    const auto take = [&](std::size_t k) {
-        std::array<SolverBody<S>*, together> those;
-        std::size_t count = 0;
-        for (std::size_t i = k * together; i < std::min((k + 1) * together, bodies.size()); ++i) {
-            if (goesInLanes(bodies[i])) {
-                those[count++] = &bodies[i];
-            }
-        }
-        if (count > 0) {
-            kernel(those.data(), count);
-        }
-    };
-    const std::size_t count = (bodies.size() + together - 1) / together;
-    if (jobs != nullptr) {
-        parallelFor(*jobs, count, 1, take);
-        return;
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-        take(k);
-    }
-}
-
-template <class S>
-void Problem<S>::refreshInertia() {
-    inBunches(
-        [](SolverBody<S>& body) {
-            if (body.fixed || body.holdsInertia || body.hasInertia()) {
-                return false;
-            }
-            const bool isAlone = body.isStiffened() || isBallLike(body.localInertia);
-            if (isAlone) {
-                body.refreshInertia();
-            }
-            return !isAlone;
-        },
-        turnKernels<S>().refresh);
-}
-
-template <class S>
-void Problem<S>::startTurns(S h) {
-    inBunches(
-        [h](SolverBody<S>& body) {
-            const bool isAlone = !body.startsInLanes(h);
-            if (isAlone) {
-                body.startTurn(h);
-            }
-            return !isAlone;
-        },
-        [h](SolverBody<S>** those, std::size_t count) {
-            const std::size_t unanswered = turnKernels<S>().start(those, count, h);
-            std::for_each(those, those + unanswered, [h](SolverBody<S>* body) { body->startTurn(h); });
-        });
-}
-
-template <class S>
-void Problem<S>::integrate(S h) {
-    inBunches(
-        [h](SolverBody<S>& body) {
-            body.travel(h);
-            const bool isAlone = !body.turnsInLanes(h);
-            if (isAlone) {
-                body.turn(h);
-            }
-            return !isAlone;
-        },
-        [h](SolverBody<S>** those, std::size_t count) { turnKernels<S>().turn(those, count, h); });
-}
-
-template <class S>
-void Problem<S>::fly(S h) {
-    predict(h);
-    rows.clear();
-    blocks.clear();
-    jointBlocks = 0;
-    refreshInertia();
-    integrate(h);
 }
 
 template <class S>
@@ -266,10 +160,14 @@ void Problem<S>::takeOffsets(S h) {
 }
 
 template <class S>
-void Problem<S>::linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut) const {
+void Problem<S>::linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut, PinAxes pins) const {
     const std::size_t first = out.size();
     for (const JointLink& link : joints) {
-        linearizeJoint(link, out, blocksOut.emplace_back());
+        if (pins == PinAxes::OfWorld && link.joint->isPin()) {
+            linearizePin(link, out, blocksOut.emplace_back());
+        } else {
+            linearizeJoint(link, out, blocksOut.emplace_back());
+        }
     }
     for (const LockLink& lock : locks) {
         RowBlock<S>& block = blocksOut.emplace_back();
@@ -290,6 +188,15 @@ void Problem<S>::linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<
             out[static_cast<std::size_t>(block.first) + k].lambda = roll.lambda[k];
         }
     }
+}
+
+template <class S>
+void Problem<S>::linearizePin(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const {
+    block.a = link.a;
+    block.b = link.b;
+    block.first = static_cast<int>(out.size());
+    RowWriter<S> writer(out, block);
+    pointRowsInWorld(link.joint->frames, poseOf(link.a), poseOf(link.b), writer);
 }
 
 template <class S>
@@ -436,22 +343,28 @@ void Problem<S>::relinearize(std::size_t k) {
 template <class S>
 void Problem<S>::jointErrors(std::vector<S>& C) const {
     static thread_local std::vector<Row<S>> scratch;
-    scratch.clear();
-    for (const JointLink& link : joints) {
+    C.clear();
+    const auto add = [&](const auto& linearizeIt) {
+        scratch.clear();
         RowBlock<S> block;
-        linearizeJoint(link, scratch, block);
+        linearizeIt(block);
+        for (const Row<S>& row : scratch) {
+            C.push_back(row.C);
+        }
+    };
+    for (const JointLink& link : joints) {
+        if (link.joint->isPin()) {
+            const Vec3<S> errors = pointErrors(link.joint->frames, poseOf(link.a), poseOf(link.b));
+            C.insert(C.end(), errors.data(), errors.data() + 3);
+        } else {
+            add([&](RowBlock<S>& block) { linearizeJoint(link, scratch, block); });
+        }
     }
     for (const LockLink& lock : locks) {
-        RowBlock<S> block;
-        linearizeLock(lock, scratch, block);
+        add([&](RowBlock<S>& block) { linearizeLock(lock, scratch, block); });
     }
     for (const RollLink& roll : rolls) {
-        RowBlock<S> block;
-        linearizeRoll(roll, scratch, block);
-    }
-    C.resize(scratch.size());
-    for (std::size_t i = 0; i < scratch.size(); ++i) {
-        C[i] = scratch[i].C;
+        add([&](RowBlock<S>& block) { linearizeRoll(roll, scratch, block); });
     }
 }
 

@@ -265,8 +265,11 @@ struct Problem {
     // J M^-1 J^T of a row that need not be among `rows`, 1/kg or 1/(kg m2).
     S delassus(const Row<S>& row, const RowBlock<S>& block) const { return responseOf(row, block).delassus; }
 
-    // Appends the rows and blocks of joints and locks at the present poses, with the lambda of the last solve.
-    void linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut) const;
+    // Appends the rows and blocks of joints and locks at the present poses, with the lambda of the last solve. Pins as
+    // pointRowsInWorld() has them, if they may be.
+    enum class PinAxes : std::uint8_t { OfJoint, OfWorld };
+    void linearizeJoints(std::vector<Row<S>>& out, std::vector<RowBlock<S>>& blocksOut,
+                         PinAxes pins = PinAxes::OfJoint) const;
     // Appends the rows of one joint at the present poses.
     void linearizeJoint(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     // Appends the rows of a contact point, as rowsOf() says they are in this sub-step.
@@ -376,6 +379,7 @@ private:
     template <class GoesInLanes, class Kernel>
     void inBunches(const GoesInLanes& goesInLanes, const Kernel& kernel);
     void placeContacts();
+    void linearizePin(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     void linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     void linearizeRoll(const RollLink& roll, std::vector<Row<S>>& out, RowBlock<S>& block) const;
 

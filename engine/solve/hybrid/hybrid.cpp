@@ -98,11 +98,8 @@ S worthOfContacts(const Problem<S>& problem, S dt) {
 template <class S>
 bool isPinned(const Problem<S>& problem) {
     return problem.locks.empty() && problem.rolls.empty() &&
-           std::all_of(problem.joints.begin(), problem.joints.end(), [](const auto& link) {
-               const BallDef* ball = std::get_if<BallDef>(&link.joint->def);
-               return ball != nullptr && ball->friction == 0 && link.joint->compliance.empty() &&
-                      !link.joint->frames.particles;
-           });
+           std::all_of(problem.joints.begin(), problem.joints.end(),
+                       [](const auto& link) { return link.joint->isPin(); });
 }
 
 // Whether something that touches nothing has a factor, if its sub-steps are few enough.

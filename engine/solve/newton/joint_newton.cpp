@@ -96,7 +96,7 @@ void JointNewton<S>::evaluate(Problem<S>& problem, S h) {
     }
     endRows_.clear();
     endBlocks_.clear();
-    problem.linearizeJoints(endRows_, endBlocks_);
+    problem.linearizeJoints(endRows_, endBlocks_, Problem<S>::PinAxes::OfWorld);
     worst_ = 0;
     residual_ = 0;
     for (std::size_t k = 0; k < endBlocks_.size(); ++k) {

@@ -110,6 +110,42 @@ TEST(PointToPoint, WhatAnIterationConserves) {
 }
 
 // Both forms converge, iterated with J at the pose of each visit; the scalar one to its singular point.
+// The short ways to a pin's errors say what its rows say, in the axes of the joint and in those of the world.
+TEST(PointToPoint, ShortWaysSayWhatTheRowsSay) {
+    TestRandom random(8);
+    double worst = 0;
+    for (int trial = 0; trial < 100; ++trial) {
+        const JointFrames<double> frames{.a = {random.vector(1), random.rotation()},
+                                         .b = {random.vector(1), random.rotation()}};
+        const Posed a{random.vector(1), random.rotation()};
+        const Posed b{random.vector(1), random.rotation()};
+        std::vector<Row<double>> rows;
+        RowBlock<double> block;
+        RowWriter<double> writer(rows, block);
+        pointRows(frames, a, b, writer);
+        std::vector<Row<double>> inWorld;
+        RowBlock<double> blockInWorld;
+        RowWriter<double> writerInWorld(inWorld, blockInWorld);
+        pointRowsInWorld(frames, a, b, writerInWorld);
+        ASSERT_EQ(rows.size(), 3U);
+        ASSERT_EQ(inWorld.size(), 3U);
+        EXPECT_EQ(block.count, blockInWorld.count);
+        EXPECT_EQ(block.pointRows, blockInWorld.pointRows);
+        const Vec3d errors = pointErrors(frames, a, b);
+        Vec3d gap = Vec3d::Zero();
+        Vec3d gapInWorld = Vec3d::Zero();
+        for (std::size_t k = 0; k < 3; ++k) {
+            worst = std::max(worst, std::abs(errors(static_cast<Eigen::Index>(k)) - rows[k].C));
+            gap += rows[k].C * rows[k].b.head<3>();
+            gapInWorld += inWorld[k].C * inWorld[k].b.head<3>();
+        }
+        const Vec3d known = b * frames.b.position - a * frames.a.position;
+        worst = std::max({worst, (gap - known).norm(), (gapInWorld - known).norm(),
+                          (blockInWorld.armA - block.armA).norm(), (blockInWorld.armB - block.armB).norm()});
+    }
+    expectBelow("gaps of a pin by three ways, m", worst, 7e-15);
+}
+
 TEST(PointToPoint, BothFormsConverge) {
     TestRandom random(9);
     for (const bool scalar : {true, false}) {
