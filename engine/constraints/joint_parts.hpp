@@ -61,7 +61,7 @@ struct PointEnds {
     Vec3<S> armA, armB, gap;
 
     PointEnds(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b) {
-        armB = b.rotation * frames.b.position;
+        armB = turned(b.rotation, frames.b.position);
         const Vec3<S> pointB = b.position + armB;
         armA = pointB - a.position;
         gap = pointB - a * frames.a.position;
@@ -83,7 +83,7 @@ void pointRows(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b,
 // C of those alone.
 template <class S>
 Vec3<S> pointErrors(const JointFrames<S>& frames, const Pose<S>& a, const Pose<S>& b) {
-    return (a.rotation * frames.a.rotation).conjugate() * PointEnds<S>(frames, a, b).gap;
+    return turned((a.rotation * frames.a.rotation).conjugate(), PointEnds<S>(frames, a, b).gap);
 }
 // The same rows along the axes of the world, with C, its direction (b's) and arms, and no gradient of a turn.
 template <class S>

@@ -85,8 +85,11 @@ void JointNewton<S>::evaluate(Problem<S>& problem, S h) {
         mine.residual.head<3>() = mine.mass * (mine.v - mine.vStar).head<3>();
         mine.residual.tail<3>() = momentumOf(mine, wide) - mine.momentum;
         mine.stiffness.setZero();
-        const Mat3<double> turn = hat(Vec3<double>(wide * mine.v.tail<3>()));
-        mine.turning = Mat3<double>::Identity() + 0.5 * turn + (1.0 / 6) * turn * turn;
+        // 1 + [t]x / 2 + [t]x [t]x / 6
+        const Vec3<double> turn = wide * mine.v.tail<3>();
+        mine.turning = hat(Vec3<double>(0.5 * turn));
+        mine.turning.noalias() += (1.0 / 6) * turn * turn.transpose();
+        mine.turning.diagonal().array() += 1 - (1.0 / 6) * turn.squaredNorm();
         if (lag_ > 0) {
             // A turn about theta, by 2 atan(|theta| / 2).
             const Vec3<double> change = (mine.v - mine.vBefore).tail<3>();
@@ -294,12 +297,16 @@ bool JointNewton<S>::newtonStep(const Problem<S>& problem) {
         for (const JointFactor::Sum& sum : factor_.sumsOf(k)) {
             const SparseFactor::Block out = factor_.block(sum);
             const std::vector<int>& rowsOfColumn = active_[at(sum.column)];
+            std::array<const Vec6<double>*, JointFactor::maxRows> gives;
+            for (std::size_t c = 0; c < rowsOfColumn.size(); ++c) {
+                const JointRow& column = rows_[at(rowsOfColumn[c])];
+                gives[c] = sum.columnIsB ? &column.giveB : &column.giveA;
+            }
             for (std::size_t r = 0; r < active_[k].size(); ++r) {
                 const JointRow& row = rows_[at(active_[k][r])];
                 const Vec6<double>& end = sum.rowIsB ? row.endB : row.endA;
                 for (std::size_t c = 0; c < rowsOfColumn.size(); ++c) {
-                    const JointRow& column = rows_[at(rowsOfColumn[c])];
-                    out(r, c) += end.dot(sum.columnIsB ? column.giveB : column.giveA);
+                    out(r, c) += end.dot(*gives[c]);
                 }
             }
         }
