@@ -179,14 +179,14 @@ void SolverBody<S>::turn(S h) {
     if (particle) {
         return;
     }
-    // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
-    const Vec3<S> momentum = ownMomentum();
     const Vec3<S> mean = v.template tail<3>();
     const Quat<S> from = pose.rotation;
     pose.rotation = rotated<S>(from, h * mean + offset.template tail<3>());
     if (gyroscopic == GyroscopicRule::None) {
         return;
     }
+    // Forces and impulses acted at the start; from there on the world keeps the angular momentum that they left.
+    const Vec3<S> momentum = ownMomentum();
     holdsInertia = false;
     refreshInertia();
     if (!carriesMomentum(gyroscopic)) {
