@@ -16,8 +16,12 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+// With constructors of its own: those that GCC makes lack the instruction set of the region that they stand in, and
+// vectors of NEON have one that must be inlined.
 template <class D>
 struct Vector {
+    HWY_INLINE Vector() : x(hn::Zero(D())), y(x), z(x) {}
+    HWY_INLINE Vector(hn::Vec<D> theX, hn::Vec<D> theY, hn::Vec<D> theZ) : x(theX), y(theY), z(theZ) {}
     hn::Vec<D> x, y, z;
 };
 

@@ -19,6 +19,10 @@ packages=(
     # The pages that `cairn tune` and `cairn bench` write, opened by a test.
     chromium chromium-driver python3
 )
+# Kernels for NEON (scripts/check_neon.sh).
+if [[ $(dpkg --print-architecture) != arm64 ]]; then
+    packages+=(g++-aarch64-linux-gnu)
+fi
 
 missing=()
 for package in "${packages[@]}"; do
