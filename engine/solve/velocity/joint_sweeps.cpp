@@ -290,7 +290,7 @@ S JointSweeps<S>::sumOverAll(const Problem<S>& problem, const Packs& packs, cons
     for (std::size_t k = 0; k < problem.jointColours.size(); ++k) {
         const std::size_t end = problem.jointColours[k];
         total = k + 1 < problem.jointColours.size()
-                    ? parallelSum(*problem.jobs, end - first, visitsAtOnce, total,
+                    ? problem.sum(end - first, total,
                                   [&](std::size_t from, std::size_t to) { return sum(first + from, first + to); })
                     : total + sum(first, end);
         first = end;
