@@ -5,6 +5,7 @@
 #define HWY_COMPILE_ALL_ATTAINABLE
 #include <hwy/targets.h>
 
+#include <type_traits>
 #include <vector>
 
 namespace cairn {
@@ -22,3 +23,31 @@ auto ofEachTarget(const Chosen& chosen) {
 }
 
 }  // namespace cairn
+
+// Of kernels for float and double, a template Kernels<S>: `best<S>()`, those of the best instruction set that this
+// machine has, and `all<S>()`, of each that it has. ofFloat() and ofDouble() give those of one instruction set. Once a
+// file, in namespace cairn and where HWY_ONCE is set.
+#define CAIRN_CHOOSE_KERNELS(Kernels, best, all, ofFloat, ofDouble) \
+    HWY_EXPORT(ofFloat);                                            \
+    HWY_EXPORT(ofDouble);                                           \
+    template <class S>                                              \
+    static Kernels<S> chosen() {                                    \
+        if constexpr (std::is_same_v<S, float>) {                   \
+            return HWY_DYNAMIC_DISPATCH(ofFloat)();                 \
+        } else {                                                    \
+            return HWY_DYNAMIC_DISPATCH(ofDouble)();                \
+        }                                                           \
+    }                                                               \
+    template <class S>                                              \
+    const Kernels<S>& best() {                                      \
+        static const Kernels<S> kernels = chosen<S>();              \
+        return kernels;                                             \
+    }                                                               \
+    template <class S>                                              \
+    std::vector<Kernels<S>> all() {                                 \
+        return ofEachTarget(chosen<S>);                             \
+    }                                                               \
+    template const Kernels<float>& best();                          \
+    template const Kernels<double>& best();                         \
+    template std::vector<Kernels<float>> all();                     \
+    template std::vector<Kernels<double>> all()

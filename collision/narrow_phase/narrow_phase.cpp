@@ -213,10 +213,6 @@ const std::vector<WorkManifold>& answer(const OrderedPair& pair, double margin, 
     return manifolds;
 }
 
-Vec3d inBody(const Frame& bodyFromFirst, const Vec3d& point) {
-    return bodyFromFirst.isIdentity ? point : bodyFromFirst * point;
-}
-
 void appendInBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_t shapeA, std::uint32_t shapeB,
                     std::vector<Manifold>& out) {
     Manifold& made = out.emplace_back();
@@ -231,8 +227,8 @@ void appendInBodies(const WorkManifold& m, const OrderedPair& pair, std::uint32_
     for (int k = 0; k < m.count; ++k) {
         const ContactPoint& from = m.points[static_cast<std::size_t>(k)];
         ContactPoint& to = made.points[static_cast<std::size_t>(k)];
-        to.onA = inBody(pair.bodyAFromFirst, pair.swapped ? from.onB : from.onA);
-        to.onB = inBody(pair.bodyBFromFirst, pair.swapped ? from.onA : from.onB);
+        to.onA = pair.bodyAFromFirst * (pair.swapped ? from.onB : from.onA);
+        to.onB = pair.bodyBFromFirst * (pair.swapped ? from.onA : from.onB);
         to.separation = from.separation;
         to.feature = from.feature;
     }

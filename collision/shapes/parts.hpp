@@ -15,7 +15,7 @@ struct Frame {
     Vec3d position = Vec3d::Zero();
     bool isIdentity = true;  // as most shapes stand in their bodies: frames need not be multiplied by it
 
-    Vec3d operator*(const Vec3d& p) const { return turned(rotation, p) + position; }
+    Vec3d operator*(const Vec3d& p) const { return isIdentity ? p : Vec3d(turned(rotation, p) + position); }
     Frame operator*(const Frame& o) const {
         if (isIdentity || o.isIdentity) {
             return isIdentity ? o : *this;

@@ -38,9 +38,10 @@ constexpr bool carriesMomentum(GyroscopicRule rule) {
 // rad; spun no faster than that in a sub-step, a free body ends at h times its mean spin.
 template <class S>
 constexpr S turnInOne = S(0.25);
-// rad, below which midpointEnd() takes its gradient once.
+// rad, below which midpointEnd() takes its gradient once; and its iterations, at most.
 template <class S>
 constexpr S oneGradient = S(0.03);
+constexpr int midpointIterations = 10;
 
 // The midpoint rule on the group of rotations,
 //     I w2 = exp(-h wm) I w1,   wm = (w1 + w2) / 2,
@@ -58,7 +59,7 @@ bool midpointEnd(const Mat3<S>& inertia, const Vec3<S>& w1, S h, Vec3<S>& w2) {
     const int gradients = angle < oneGradient<S> ? 1 : angle < S(1.2) * turnInOne<S> ? 2 : 20;
     S before = w1.norm();  // rad/s, the last change
     const S roundOff = Eigen::NumTraits<S>::epsilon() * before;
-    for (int iteration = 0; iteration < 10; ++iteration) {
+    for (int iteration = 0; iteration < midpointIterations; ++iteration) {
         const Vec3<S> turn = -S(0.5) * h * (w1 + w2);
         const TurnSeries<S> series(turn.squaredNorm());
         const Vec3<S> across = turn.cross(p1);

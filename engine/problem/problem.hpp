@@ -280,8 +280,7 @@ struct Problem {
 
     // Calls body(i) for i in [0, count), by several threads where the island is worth it.
     template <class Body>
-    void forEach(std::size_t count, Body&& body) const {
-        constexpr std::size_t grain = 64;
+    void forEach(std::size_t count, Body&& body, std::size_t grain = 64) const {
         if (jobs == nullptr) {
             for (std::size_t i = 0; i < count; ++i) {
                 body(i);
@@ -374,10 +373,10 @@ private:
         return static_cast<std::size_t>(&contact - contacts.data());
     }
     const Pose<S>& poseOf(int body) const { return bodies[static_cast<std::size_t>(body)].pose; }
-    // Calls kernel(bodies, count) for those bodies that goesInLanes(body), by several threads where the island is worth
-    // it; what does not is that one's affair.
-    template <class GoesInLanes, class Kernel>
-    void inBunches(const GoesInLanes& goesInLanes, const Kernel& kernel);
+    // Calls kernel(bodies, count) for those bodies that goesInLanes(body), and alone(body) for each other one, by
+    // several threads where the island is worth it.
+    template <class GoesInLanes, class Alone, class Kernel>
+    void eachInLanes(const GoesInLanes& goesInLanes, const Alone& alone, const Kernel& kernel);
     void placeContacts();
     void linearizePin(const JointLink& link, std::vector<Row<S>>& out, RowBlock<S>& block) const;
     void linearizeLock(const LockLink& lock, std::vector<Row<S>>& out, RowBlock<S>& block) const;

@@ -1,5 +1,4 @@
 // A problem's passes over its bodies: how forces, free turns and the twists that a solver has found move them.
-#include "engine/model/gyroscopics.hpp"
 #include "engine/problem/problem.hpp"
 #include "engine/problem/turn_kernels.hpp"
 
@@ -30,74 +29,57 @@ void Problem<S>::predict(S h) {
 }
 
 template <class S>
-template <class GoesInLanes, class Kernel>
-void Problem<S>::inBunches(const GoesInLanes& goesInLanes, const Kernel& kernel) {
+template <class GoesInLanes, class Alone, class Kernel>
+void Problem<S>::eachInLanes(const GoesInLanes& goesInLanes, const Alone& alone, const Kernel& kernel) {
     constexpr std::size_t together = 64;
-    const auto take = [&](std::size_t k) {
+    const auto takeBunch = [&](std::size_t k) {
         std::array<SolverBody<S>*, together> those;
         std::size_t count = 0;
         for (std::size_t i = k * together; i < std::min((k + 1) * together, bodies.size()); ++i) {
             if (goesInLanes(bodies[i])) {
                 those[count++] = &bodies[i];
+            } else {
+                alone(bodies[i]);
             }
         }
         if (count > 0) {
             kernel(those.data(), count);
         }
     };
-    const std::size_t count = (bodies.size() + together - 1) / together;
-    if (jobs != nullptr) {
-        parallelFor(*jobs, count, 1, take);
-        return;
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-        take(k);
-    }
+    forEach((bodies.size() + together - 1) / together, takeBunch, 1);
 }
 
 template <class S>
 void Problem<S>::refreshInertia() {
-    inBunches(
-        [](SolverBody<S>& body) {
-            if (body.fixed || body.holdsInertia || body.hasInertia()) {
-                return false;
-            }
-            const bool isAlone = body.isStiffened() || isBallLike(body.localInertia);
-            if (isAlone) {
-                body.refreshInertia();
-            }
-            return !isAlone;
-        },
-        turnKernels<S>().refresh);
+    const auto mayRefresh = [](const SolverBody<S>& body) { return !body.fixed && !body.holdsInertia; };
+    eachInLanes([&](const SolverBody<S>& body) { return mayRefresh(body) && body.refreshesInLanes(); },
+                [&](SolverBody<S>& body) {
+                    if (mayRefresh(body)) {
+                        body.refreshInertia();
+                    }
+                },
+                turnKernels<S>().refresh);
 }
 
 template <class S>
 void Problem<S>::startTurns(S h) {
-    inBunches(
-        [h](SolverBody<S>& body) {
-            const bool isAlone = !body.startsInLanes(h);
-            if (isAlone) {
-                body.startTurn(h);
-            }
-            return !isAlone;
-        },
-        [h](SolverBody<S>** those, std::size_t count) {
-            const std::size_t unanswered = turnKernels<S>().start(those, count, h);
-            std::for_each(those, those + unanswered, [h](SolverBody<S>* body) { body->startTurn(h); });
-        });
+    eachInLanes([h](const SolverBody<S>& body) { return body.startsInLanes(h); },
+                [h](SolverBody<S>& body) { body.startTurn(h); },
+                [h](SolverBody<S>** those, std::size_t count) {
+                    const std::size_t unanswered = turnKernels<S>().start(those, count, h);
+                    std::for_each(those, those + unanswered, [h](SolverBody<S>* body) { body->startTurn(h); });
+                });
 }
 
 template <class S>
 void Problem<S>::integrate(S h) {
-    inBunches(
+    // How far a body turns is known once it has travelled.
+    eachInLanes(
         [h](SolverBody<S>& body) {
             body.travel(h);
-            const bool isAlone = !body.turnsInLanes(h);
-            if (isAlone) {
-                body.turn(h);
-            }
-            return !isAlone;
+            return body.turnsInLanes(h);
         },
+        [h](SolverBody<S>& body) { body.turn(h); },
         [h](SolverBody<S>** those, std::size_t count) { turnKernels<S>().turn(those, count, h); });
 }
 

@@ -93,6 +93,11 @@ Vec6<S> SolverBody<S>::expectedOffset(S h) const {
 }
 
 template <class S>
+bool SolverBody<S>::refreshesInLanes() const {
+    return !hasInertia() && !isStiffened() && !isBallLike(localInertia);
+}
+
+template <class S>
 bool SolverBody<S>::startsInLanes(S h) const {
     return gyroscopic == GyroscopicRule::Midpoint && !gyroscopicInertia &&
            h * v.template tail<3>().norm() <= turnInOne<S>;

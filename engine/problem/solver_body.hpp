@@ -63,7 +63,9 @@ struct SolverBody {
     void travel(S h);
     // Turns by h v and the offset; then v is the twist at the end of the sub-step.
     void turn(S h);
-    // Whether startTurn() and turn() are those of turn_kernels.hpp: it turns by the midpoint rule, and little.
+    // Whether refreshInertia(), startTurn() and turn() are those of turn_kernels.hpp: there is something to refresh and
+    // nothing that stiffens it; it turns by the midpoint rule, and little.
+    bool refreshesInLanes() const;
     bool startsInLanes(S h) const;
     bool turnsInLanes(S h) const;
     // Where the body is after h seconds at twist v, starting here (offset included).

@@ -100,7 +100,6 @@ struct Series {
 template <class D>
 HWY_INLINE hn::Mask<D> midpointEnd(D d, const Matrix<D>& inertia, const Vector<D>& w1, hn::Vec<D> h, Vector<D>& w2) {
     using S = hn::TFromD<D>;
-    constexpr int iterations = 10;
     const auto zero = hn::Zero(d);
     const auto one = hn::Set(d, S(1));
     const auto halfStep = hn::Mul(hn::Set(d, S(0.5)), h);
@@ -114,7 +113,7 @@ HWY_INLINE hn::Mask<D> midpointEnd(D d, const Matrix<D>& inertia, const Vector<D
     auto isBusy = hn::Lt(zero, before);
     auto isFound = hn::Not(isBusy);
     Matrix<D> inverse = {};
-    for (int iteration = 0; iteration < iterations && !hn::AllFalse(d, isBusy); ++iteration) {
+    for (int iteration = 0; iteration < midpointIterations && !hn::AllFalse(d, isBusy); ++iteration) {
         const Vector<D> turn = scaled<D>(hn::Neg(halfStep), w1 + w2);
         const auto square = dot<D>(turn, turn);
         const Series<D> series(d, square);
@@ -327,37 +326,8 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace cairn {
-namespace {
 
-HWY_EXPORT(floatTurnKernels);
-HWY_EXPORT(doubleTurnKernels);
-
-template <class S>
-TurnKernels<S> chosen() {
-    if constexpr (std::is_same_v<S, float>) {
-        return HWY_DYNAMIC_DISPATCH(floatTurnKernels)();
-    } else {
-        return HWY_DYNAMIC_DISPATCH(doubleTurnKernels)();
-    }
-}
-
-}  // namespace
-
-template <class S>
-const TurnKernels<S>& turnKernels() {
-    static const TurnKernels<S> kernels = chosen<S>();
-    return kernels;
-}
-
-template <class S>
-std::vector<TurnKernels<S>> allTurnKernels() {
-    return ofEachTarget(chosen<S>);
-}
-
-template const TurnKernels<float>& turnKernels();
-template const TurnKernels<double>& turnKernels();
-template std::vector<TurnKernels<float>> allTurnKernels();
-template std::vector<TurnKernels<double>> allTurnKernels();
+CAIRN_CHOOSE_KERNELS(TurnKernels, turnKernels, allTurnKernels, floatTurnKernels, doubleTurnKernels);
 
 }  // namespace cairn
 #endif

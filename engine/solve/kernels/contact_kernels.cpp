@@ -393,37 +393,8 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace cairn {
-namespace {
 
-HWY_EXPORT(floatKernels);
-HWY_EXPORT(doubleKernels);
-
-template <class S>
-ContactKernels<S> chosen() {
-    if constexpr (std::is_same_v<S, float>) {
-        return HWY_DYNAMIC_DISPATCH(floatKernels)();
-    } else {
-        return HWY_DYNAMIC_DISPATCH(doubleKernels)();
-    }
-}
-
-}  // namespace
-
-template <class S>
-const ContactKernels<S>& contactKernels() {
-    static const ContactKernels<S> kernels = chosen<S>();
-    return kernels;
-}
-
-template <class S>
-std::vector<ContactKernels<S>> allContactKernels() {
-    return ofEachTarget(chosen<S>);
-}
-
-template const ContactKernels<float>& contactKernels();
-template const ContactKernels<double>& contactKernels();
-template std::vector<ContactKernels<float>> allContactKernels();
-template std::vector<ContactKernels<double>> allContactKernels();
+CAIRN_CHOOSE_KERNELS(ContactKernels, contactKernels, allContactKernels, floatKernels, doubleKernels);
 
 }  // namespace cairn
 #endif

@@ -145,37 +145,8 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace cairn {
-namespace {
 
-HWY_EXPORT(floatPinKernels);
-HWY_EXPORT(doublePinKernels);
-
-template <class S>
-PinKernels<S> chosen() {
-    if constexpr (std::is_same_v<S, float>) {
-        return HWY_DYNAMIC_DISPATCH(floatPinKernels)();
-    } else {
-        return HWY_DYNAMIC_DISPATCH(doublePinKernels)();
-    }
-}
-
-}  // namespace
-
-template <class S>
-const PinKernels<S>& pinKernels() {
-    static const PinKernels<S> kernels = chosen<S>();
-    return kernels;
-}
-
-template <class S>
-std::vector<PinKernels<S>> allPinKernels() {
-    return ofEachTarget(chosen<S>);
-}
-
-template const PinKernels<float>& pinKernels();
-template const PinKernels<double>& pinKernels();
-template std::vector<PinKernels<float>> allPinKernels();
-template std::vector<PinKernels<double>> allPinKernels();
+CAIRN_CHOOSE_KERNELS(PinKernels, pinKernels, allPinKernels, floatPinKernels, doublePinKernels);
 
 }  // namespace cairn
 #endif

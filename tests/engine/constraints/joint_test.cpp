@@ -307,28 +307,24 @@ TEST(Chains, SwingWithALoadInOneSubstep) {
     }
 }
 
-// A minute of it: exact for as long as no link is thrown about faster than it can be followed, which is chance (1e3: in
-// five of eight throws not for all of the minute, the earliest after 34 s; 1e6: 44 s); what comes then is bounded, and
-// said.
+// A minute of it: 1e6 is exact for as long as no link is thrown about faster than it can be followed (44 s); what comes
+// then is bounded, and said.
 TEST(Chains, SwingForLong) {
-    for (const auto& [ratio, exact, widest] : {std::tuple{1e3, 33, 0.011}, {1e4, 60, 2.1e-7}, {1e6, 43, 1e9}}) {
+    for (const auto& [ratio, exact] : {std::pair{1e3, 60}, {1e4, 60}, {1e6, 43}}) {
         Chain chain({}, 20, ratio, Vec3d::UnitX());
         double gap = 0;
-        double gapOfAll = 0;
         double energy = 0;  // of what the fall gives, above that of the start
         double torn = 0;    // the same once it is not exact any more, flagged: its load falls on
         bool isSilent = false;
         for (int i = 0; i < 60 * 60; ++i) {
             const StepReport& report = chain.world.step(1.0 / 60);
-            gapOfAll = std::max(gapOfAll, report.error.maxJointGap);
-            gap = i < exact * 60 ? gapOfAll : gap;
+            gap = i < exact * 60 ? std::max(gap, report.error.maxJointGap) : gap;
             isSilent = isSilent || (report.ok() && report.error.maxJointGap > 0.05);
             double& most = i < exact * 60 ? energy : torn;
             most = std::max(most, chain.energy() / ((ratio + 10) * standardGravity * 20));
         }
         const std::string what = "swinging for long 1:" + std::to_string(static_cast<int>(ratio));
         expectBelow(what + ", gap while exact, m", gap, 2.1e-7);
-        expectBelow(what + ", gap, m", gapOfAll, widest);
         expectBelow(what + ", energy while exact", energy, 0.011);
         expectBelow(what + ", energy once torn", torn, 3.5);
         EXPECT_FALSE(isSilent) << what;
