@@ -173,12 +173,12 @@ struct OrderedPair {
     const Frame& bodyBFromFirst;
 };
 
-// outer * inner, in `room` where neither is the identity.
+// outer times inner, in `room` where neither is the identity: a frame is large.
 const Frame& product(const Frame& outer, const Frame& inner, Frame& room) {
     if (outer.isIdentity || inner.isIdentity) {
         return outer.isIdentity ? inner : outer;
     }
-    return room = outer * inner;
+    return room = {outer.rotation * inner.rotation, outer * inner.position, false};
 }
 
 // Whether the centres or the axes of the two may meet, where the poses name no direction. Shapes of one kind are never

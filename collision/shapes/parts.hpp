@@ -16,12 +16,6 @@ struct Frame {
     bool isIdentity = true;  // as most shapes stand in their bodies: frames need not be multiplied by it
 
     Vec3d operator*(const Vec3d& p) const { return isIdentity ? p : Vec3d(turned(rotation, p) + position); }
-    Frame operator*(const Frame& o) const {
-        if (isIdentity || o.isIdentity) {
-            return isIdentity ? o : *this;
-        }
-        return {rotation * o.rotation, turned(rotation, o.position) + position, false};
-    }
     Frame inverse() const {
         return isIdentity ? Frame{} : Frame{rotation.transpose(), -turnedBack(rotation, position), false};
     }
