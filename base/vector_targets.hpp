@@ -27,6 +27,7 @@ auto ofEachTarget(const Chosen& chosen) {
 // Of kernels for float and double, a template Kernels<S>: `best<S>()`, those of the best instruction set that this
 // machine has, and `all<S>()`, of each that it has. ofFloat() and ofDouble() give those of one instruction set. Once a
 // file, in namespace cairn and where HWY_ONCE is set.
+// NOLINTBEGIN(bugprone-macro-parentheses): names of templates stand in none.
 #define CAIRN_CHOOSE_KERNELS(Kernels, best, all, ofFloat, ofDouble) \
     HWY_EXPORT(ofFloat);                                            \
     HWY_EXPORT(ofDouble);                                           \
@@ -51,3 +52,4 @@ auto ofEachTarget(const Chosen& chosen) {
     template const Kernels<double>& best();                         \
     template std::vector<Kernels<float>> all();                     \
     template std::vector<Kernels<double>> all()
+// NOLINTEND(bugprone-macro-parentheses)
