@@ -302,6 +302,7 @@ bool ContactNewton<S>::stepWith(const Problem<S>& problem, const std::vector<S>&
     startGradient(problem, g);
     problem.forBlocksApart([&](std::size_t k) { takeOff(problem, k, impulse, g); });
     newtonStep(problem, g, report);
+    ++report.iterations;
     for (std::size_t n = 0; n < g.size(); ++n) {
         system.v[at(bodyOfNode_[n])] += g[n];
     }
@@ -447,7 +448,14 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     double centredResidual = std::numeric_limits<double>::infinity();
     double residualBefore = std::numeric_limits<double>::infinity();
     int deSaxceUpdates = 0;
+    bool mayGoInside = options.standing && problem.blocks.size() - at(problem.jointBlocks) >= manyPoints &&
+                       options.maxIterations >= patience + leastInside;
     while (report.iterations < options.maxIterations) {
+        if (mayGoInside && report.iterations >= patience && left > static_cast<S>(target)) {
+            mayGoInside = false;
+            left = guessInside(problem, options, reg, impulse, g, report);
+            residualBefore = std::numeric_limits<double>::infinity();
+        }
         if (left <= static_cast<S>(target)) {
             // This centre's problem is solved: has the bias of the regularisation gone, and does sliding still dilate?
             system.p = impulse;
@@ -477,6 +485,7 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
             break;
         }
         newtonStep(problem, g, report);
+        ++report.iterations;
         lineSearch(problem, impulse, g);
         left = evaluate(problem, impulse, g);
     }
@@ -487,6 +496,13 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
         return report;
     }
     system.p = impulse;
+    endUnsolved(problem, options, centred, centredResidual, report);
+    return report;
+}
+
+template <class S>
+void ContactNewton<S>::endUnsolved(const Problem<S>& problem, const NewtonOptions& options,
+                                   const std::vector<S>& centred, double centredResidual, NewtonReport& report) {
     momentumVelocity(problem);
     report.residual = residual(problem);
     if (centredResidual < std::min(report.residual, options.enough)) {
@@ -496,7 +512,6 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
         report.residual = centredResidual;
     }
     report.converged = report.residual <= options.enough;
-    return report;
 }
 
 template <class S>

@@ -13,6 +13,7 @@
 //   - a convex cone lifts what slides, u_n = mu |u_t| (dilation); raising the normal bias by that much, De Saxce's
 //     term, brings the contact back to u_n = 0: a fixed point that Aitken's rule speeds up.
 #include "engine/problem/problem.hpp"
+#include "engine/solve/newton/cone_barrier.hpp"
 #include "engine/solve/newton/conjugate_gradients.hpp"
 #include "engine/solve/newton/sparse_factor.hpp"
 #include "engine/solve/velocity/sweep.hpp"
@@ -38,12 +39,27 @@ struct NewtonOptions {
 };
 
 struct NewtonReport {
-    int iterations = 0;  // linear solves
+    int iterations = 0;  // of Newton, and steps of interior points
+    int inside = 0;      // of those, the latter
     int factorisations = 0;
     int products = 0;  // by H, of conjugate gradients
     bool converged = false;
     bool contradicts = false;  // rows cannot all hold: the impulses are those that the regularisation alone gives
     double residual = 0;       // m/s, of the convex problem
+};
+
+// What interior points have still to do: impulse times speed of all cones, J; the worst cone's, as the speed of what
+// should stand or is to push without a reason, m/s; and the worst error of a speed, m/s.
+template <class S>
+struct InteriorLeft {
+    S gap = 0, complementarity = 0, error = 0;
+    S cones = 0;  // how many
+    void operator+=(const InteriorLeft& other) {
+        gap += other.gap;
+        complementarity = std::max(complementarity, other.complementarity);
+        error = std::max(error, other.error);
+        cones += other.cones;
+    }
 };
 
 template <class S>
@@ -109,6 +125,9 @@ private:
     // A centre is solved, and the bias of the regularisation is not gone. True: it is as good as it gets.
     bool tighten(const Problem<S>& problem, const NewtonOptions& options, double& residualBefore, S& reg,
                  NewtonReport& report);
+    // The iterations have run out: keeps the impulses, or those of the last centre where they are nearer and enough.
+    void endUnsolved(const Problem<S>& problem, const NewtonOptions& options, const std::vector<S>& centred,
+                     double centredResidual, NewtonReport& report);
     void regularise(const Problem<S>& problem, S reg);
     // De Saxce's correction of what slides at the twists `v`: of the solve, or of before, which friction has still to
     // brake.
@@ -121,6 +140,8 @@ private:
     void respondTo(const Problem<S>& problem, std::size_t k, const std::vector<S>& u, std::vector<S>& impulse);
     bool weigh(const Problem<S>& problem, const std::vector<S>& y);
     bool factorise(const Problem<S>& problem, const std::vector<S>& y, NewtonReport& report);
+    // With the weights as they are; isUpdate as assemble()'s.
+    bool factoriseWeighed(const Problem<S>& problem, bool isUpdate, NewtonReport& report);
     bool addWeighted(const Problem<S>& problem, std::size_t k, std::array<Mat6<S>, 4>& diagonal,
                      std::array<Mat6<S>, 6>& off) const;
     // isUpdate: the blocks of changedNodes_ alone have changed since the last factor.
@@ -138,6 +159,31 @@ private:
             NewtonReport& report);
     std::optional<S> guessStanding(const Problem<S>& problem, std::vector<S>& impulse, std::vector<Vec6<S>>& g,
                                    NewtonReport& report);
+    // By interior points (newton_interior.cpp), from the impulses that solve() was given. Where that is no nearer all
+    // is left as it was. Leaves the regularisation at `reg`, and answers as evaluate() does.
+    S guessInside(const Problem<S>& problem, const NewtonOptions& options, S reg, std::vector<S>& impulse,
+                  std::vector<Vec6<S>>& g, NewtonReport& report);
+    bool beginInside(const Problem<S>& problem);
+    InteriorLeft<S> measureInside(const Problem<S>& problem, std::vector<S>& impulse, std::vector<Vec6<S>>& g);
+    bool factoriseInside(const Problem<S>& problem, NewtonReport& report);
+    S directInside(const Problem<S>& problem, const std::vector<Vec6<S>>& g, std::vector<Vec6<S>>& step,
+                   NewtonReport& report);
+    bool stepInside(const Problem<S>& problem, const InteriorLeft<S>& left, std::vector<Vec6<S>>& g,
+                    std::vector<Vec6<S>>& step, NewtonReport& report);
+    // D^-1 of the impulses of a cone, and back (cone_barrier.hpp).
+    static Vec3<S> coneImpulse(const ConeBarrier<S>& cone, std::size_t first, const std::vector<S>& impulse) {
+        Vec3<S> p = Vec3<S>::Zero();
+        for (int r = 0; r < cone.rows; ++r) {
+            p(r) = impulse[first + at(r)];
+        }
+        p.x() *= cone.mu;
+        return p;
+    }
+    static void writeImpulse(const ConeBarrier<S>& cone, std::size_t first, const Vec3<S>& p, std::vector<S>& impulse) {
+        for (int r = 0; r < cone.rows; ++r) {
+            impulse[first + at(r)] = r == 0 ? p.x() / cone.mu : p(r);
+        }
+    }
     bool stepWith(const Problem<S>& problem, const std::vector<S>& loads, std::vector<S>& impulse,
                   std::vector<Vec6<S>>& g, NewtonReport& report);
     void startGradient(const Problem<S>& problem, std::vector<Vec6<S>>& out) const;
@@ -149,8 +195,12 @@ private:
 
     static constexpr int guessSweeps = 10;  // of Gauss-Seidel, from which a cold start takes its first active set
     static constexpr std::size_t manyPoints =
-        64;                                     // of contact, from which sweeps no longer tell the lowest of all load
-    static constexpr int heapSweeps = 20;       // with conjugate directions
+        64;                                // of contact, from which sweeps no longer tell the lowest of all load
+    static constexpr int heapSweeps = 20;  // with conjugate directions
+    // Iterations after which what stands and is not solved is tried by interior points, and how many of those there
+    // must be left: they take twenty to thirty, and some of Newton's after them.
+    static constexpr int patience = 8;
+    static constexpr int leastInside = 40;
     static constexpr double nearAnswer = 1e-3;  // m/s, residual under which last step's impulses are guess enough
     static constexpr S steep = S(2);  // of friction, above which a correction that is too high lets nothing carry
     static constexpr double steadyShare = 1e-4;  // of the tolerances, to which what slides on as it did is solved
@@ -161,6 +211,8 @@ private:
     static constexpr double stepShare = 1e-3;    // of the gradient that conjugate gradients may leave of an iteration
     static constexpr int maxProducts = 1000;     // of an iteration
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+    std::vector<ConeBarrier<S>> cones_;  // interior points: of each contact block
 
     std::vector<int> node_;  // of each body; -1: fixed
     std::vector<int> bodyOfNode_;

@@ -183,7 +183,12 @@ bool ContactNewton<S>::factorise(const Problem<S>& problem, const std::vector<S>
     if (weigh(problem, y)) {
         return true;
     }
-    assemble(problem, factored_ && isOfProblem_ && linearSolver_ == LinearSolver::Factor);
+    return factoriseWeighed(problem, factored_ && isOfProblem_ && linearSolver_ == LinearSolver::Factor, report);
+}
+
+template <class S>
+bool ContactNewton<S>::factoriseWeighed(const Problem<S>& problem, bool isUpdate, NewtonReport& report) {
+    assemble(problem, isUpdate);
     ++report.factorisations;
     system.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;
     factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor(problem.jobs) : diagonal_.invert();
@@ -380,7 +385,6 @@ void ContactNewton<S>::newtonStep(const Problem<S>& problem, std::vector<Vec6<S>
     for (Vec6<S>& block : g) {
         block = -block;
     }
-    ++report.iterations;
     if (linearSolver_ == LinearSolver::Factor) {
         for (std::size_t n = 0; n < g.size(); ++n) {
             Eigen::Map<Vec6<double>>(factor_.right(static_cast<int>(n))) = g[n].template cast<double>();

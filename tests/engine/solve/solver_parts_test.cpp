@@ -242,6 +242,30 @@ TEST(ContactNewtonTest, PredictingWorkForgetsTheFactor) {
     }
 }
 
+// A heap that Newton alone does not solve within its patience.
+TEST(ContactNewtonTest, InteriorPointsAgreeWithDenseReference) {
+    double worst = 0;
+    int inside = 0;
+    for (const unsigned seed : {1U, 3U}) {
+        TestRandom random(seed);
+        const Problem<double> problem = randomContacts<double>(random, 24, 72, 0, 100);
+        ContactNewton<double> newton;
+        const std::vector<double> bias = fillSystem(newton, problem, 0, random);
+        NewtonOptions options = tightOptions();
+        options.regularisation = 1e-5;
+        options.standing = true;
+        const NewtonReport report = newton.solve(problem, options);
+        EXPECT_TRUE(report.converged) << "seed " << seed;
+        inside += report.inside;
+        const std::vector<Vec6<double>> expected = denseReference(problem, bias, 0);
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+            worst = std::max(worst, (newton.system.v[i] - expected[i]).norm());
+        }
+    }
+    EXPECT_GE(inside, 5);
+    expectBelow("worst twist", worst, 1e-7);
+}
+
 // With one or two contacts Coulomb's law has one answer.
 TEST(ContactNewtonTest, FrictionalAnswersAgreeWithDenseReference) {
     double worst = 0;
