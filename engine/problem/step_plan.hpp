@@ -63,6 +63,7 @@ struct StepPlan {
     double kept = 0;            // of SubstepLimits::maxWork, for what takes over where no exact solution is found
     bool isTruncated = false;   // auto: SubstepLimits::maxWork pays for fewer sub-steps than it would take
     bool sweepsJoints = false;  // auto: it pays for no factor over the joints
+    bool isSlow = false;        // auto: a heap that hardly moves any more
     bool goesFar = false;       // heaps: in many short sub-steps (solve/velocity/heap_sweeps.cpp)
     bool rests = false;         // auto: nothing in it moves
     bool settles = false;       // it may be at rest: solved as closely as serves on

@@ -351,6 +351,11 @@ bool Direct<S>::moves(const Problem<S>& problem) const {
 }
 
 template <class S>
+S Direct<S>::speed(const Problem<S>& problem) const {
+    return fastestCentre(problem);
+}
+
+template <class S>
 SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     SolveReport report;
     report.directSolves = 1;

@@ -29,6 +29,8 @@ public:
     Cost predictCost(Problem<S>& problem) const;
     // Whether anything is so fast that contacts may open and shut, and joints turn.
     bool moves(const Problem<S>& problem) const;
+    // m/s, of the fastest centre of mass at the start of the sub-step.
+    S speed(const Problem<S>& problem) const;
 
 private:
     // Moves the bodies, by as little as may be and without changing their velocities, to where joints and contacts are
