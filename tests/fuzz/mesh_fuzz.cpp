@@ -35,14 +35,22 @@ void attempt(Act act) {
     }
 }
 
+// Of this process, for as long as it runs.
+struct OwnFolder {
+    std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("cairn_mesh_fuzz_" + std::to_string(getpid()));
+    OwnFolder() { std::filesystem::create_directories(path); }
+    OwnFolder(const OwnFolder&) = delete;
+    OwnFolder& operator=(const OwnFolder&) = delete;
+    ~OwnFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path, ignored);
+    }
+};
+
 void readFile(const char* ending, const std::uint8_t* data, std::size_t size) {
-    static const std::filesystem::path folder = [] {
-        std::filesystem::path made =
-            std::filesystem::temp_directory_path() / ("cairn_mesh_fuzz_" + std::to_string(getpid()));
-        std::filesystem::create_directories(made);
-        return made;
-    }();
-    const std::filesystem::path file = folder / (std::string("mesh.") + ending);
+    static const OwnFolder folder;
+    const std::filesystem::path file = folder.path / (std::string("mesh.") + ending);
     {
         std::ofstream stream(file, std::ios::binary);
         stream.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
