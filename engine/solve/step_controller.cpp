@@ -123,8 +123,8 @@ SolveReport StepController<S>::advance(const Course& course, double maxWork) {
     limits.isFirst = course.isFirst;
     limits.isLast = course.left == 1;
     // What finds no rest in the whole step finds none in its parts.
-    limits.mayRefuse =
-        !problem_.plan.settles && state_.halvings < maxHalvings && course.sum.work <= shareToRefuse * worth;
+    limits.mayRefuse = mayBeginAnew(problem_.plan) && !problem_.plan.settles && state_.halvings < maxHalvings &&
+                       course.sum.work <= shareToRefuse * worth;
     limits.maxWork = std::max(0.0, worth - course.sum.work) / course.left;
     SolveReport one = solver_.advance(problem_, course.h);
     if (limits.isByPlan && problem_.plan.mayRestart() && course.left > 1 && course.sum.work + one.work > worth) {

@@ -18,6 +18,15 @@ struct DirectMemory {
     double factorWork = 0;
 };
 
+template <class S>
+S fastestCentre(const Problem<S>& problem) {
+    S fastest = 0;
+    for (const SolverBody<S>& body : problem.bodies) {
+        fastest = std::max(fastest, body.vBefore.template head<3>().norm());
+    }
+    return fastest;
+}
+
 namespace {
 
 using Tuning = DirectTuning;
@@ -31,16 +40,6 @@ DirectMemory<S>& memoryOf(Problem<S>& problem) {
         problem.memory.direct->newton.forget();
     }
     return *problem.memory.direct;
-}
-
-// m/s, of the centres of mass at the start of the sub-step.
-template <class S>
-S fastestCentre(const Problem<S>& problem) {
-    S fastest = 0;
-    for (const SolverBody<S>& body : problem.bodies) {
-        fastest = std::max(fastest, body.vBefore.template head<3>().norm());
-    }
-    return fastest;
 }
 
 // Whether contacts are expected to open and shut.
@@ -346,16 +345,6 @@ typename Direct<S>::Cost Direct<S>::predictCost(Problem<S>& problem) const {
 }
 
 template <class S>
-bool Direct<S>::moves(const Problem<S>& problem) const {
-    return fastestCentre(problem) > static_cast<S>(Tuning::movingSpeed);
-}
-
-template <class S>
-S Direct<S>::speed(const Problem<S>& problem) const {
-    return fastestCentre(problem);
-}
-
-template <class S>
 SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     SolveReport report;
     report.directSolves = 1;
@@ -587,6 +576,8 @@ std::unique_ptr<Solver<S>> makeDirect(const SolverSettings& settings) {
 
 template std::unique_ptr<Solver<float>> makeDirect(const SolverSettings&);
 template std::unique_ptr<Solver<double>> makeDirect(const SolverSettings&);
+template float fastestCentre(const Problem<float>&);
+template double fastestCentre(const Problem<double>&);
 template class Direct<float>;
 template class Direct<double>;
 

@@ -12,6 +12,10 @@
 
 namespace cairn {
 
+// m/s, of the centres of mass at the start of the sub-step.
+template <class S>
+S fastestCentre(const Problem<S>& problem);
+
 template <class S>
 class Direct final : public Solver<S> {
 public:
@@ -27,10 +31,6 @@ public:
     };
     // What a sub-step of the island is expected to cost. Cheap while who touches whom stays the same.
     Cost predictCost(Problem<S>& problem) const;
-    // Whether anything is so fast that contacts may open and shut, and joints turn.
-    bool moves(const Problem<S>& problem) const;
-    // m/s, of the fastest centre of mass at the start of the sub-step.
-    S speed(const Problem<S>& problem) const;
 
 private:
     // Moves the bodies, by as little as may be and without changing their velocities, to where joints and contacts are

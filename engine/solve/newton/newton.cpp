@@ -4,15 +4,6 @@
 #include <algorithm>
 
 namespace cairn {
-namespace {
-
-template <class S>
-struct Greatest {
-    S value = 0;
-    void operator+=(const Greatest& other) { value = std::max(value, other.value); }
-};
-
-}  // namespace
 
 template <class S>
 void ContactNewton<S>::rowVelocities(const Problem<S>& problem, const std::vector<Vec6<S>>& twist,

@@ -48,6 +48,12 @@ struct NewtonReport {
     double residual = 0;       // m/s, of the convex problem
 };
 
+template <class S>
+struct Greatest {
+    S value = 0;
+    void operator+=(const Greatest& other) { value = std::max(value, other.value); }
+};
+
 // What interior points have still to do: impulse times speed of all cones, J; the worst cone's, as the speed of what
 // should stand or is to push without a reason, m/s; and the worst error of a speed, m/s.
 template <class S>

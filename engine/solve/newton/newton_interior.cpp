@@ -21,12 +21,6 @@ constexpr double regularisationInside = 1e-8;
 constexpr double toleranceInside = 1e-6;  // m/s
 constexpr double worthShare = 1e-2;  // of what was left at first: with less there is no point in going on from there
 
-template <class S>
-struct Least {
-    S value = 1;
-    void operator+=(const Least& other) { value = std::min(value, other.value); }
-};
-
 }  // namespace
 
 // Starts from the impulses as they are, pushed inside. False: there are rows that this is not made for.
@@ -143,8 +137,8 @@ bool ContactNewton<S>::factoriseInside(const Problem<S>& problem, NewtonReport& 
     return factoriseWeighed(problem, false, report);
 }
 
-// Finds the changes that the cones aim at, of twists to `step`, and gives the share of them that stays inside, at
-// most 1.
+// Finds the changes that the cones aim at, of twists to `step`, and gives the share of them that stays inside, at most
+// one over boundaryShare.
 template <class S>
 S ContactNewton<S>::directInside(const Problem<S>& problem, const std::vector<Vec6<S>>& g, std::vector<Vec6<S>>& step,
                                  NewtonReport& report) {
@@ -164,26 +158,27 @@ S ContactNewton<S>::directInside(const Problem<S>& problem, const std::vector<Ve
         wide_[at(bodyOfNode_[n])] = step[n];
     }
     system.visits += problem.rows.size();
-    return problem
-        .sum(cones_.size(), Least<S>(),
-             [&](std::size_t begin, std::size_t end) {
-                 Least<S> least;
-                 for (std::size_t c = begin; c < end; ++c) {
-                     ConeBarrier<S>& cone = cones_[c];
-                     const RowBlock<S>& block = problem.blocks[c + joints];
-                     Vec3<S> change = Vec3<S>::Zero();
-                     for (int r = 0; r < cone.rows; ++r) {
-                         change(r) = rowDot(problem.rows[at(block.first + r)], block,
-                                            [&](int body) -> const Vec6<S>& { return wide_[at(body)]; });
-                     }
-                     change.x() /= cone.mu;
-                     cone.dp = cone.answer(cone.aim - change);
-                     cone.ds = change + cone.softness * cone.dp + cone.error;
-                     least += {shareInside(cone.p, cone.dp, shareInside(cone.s, cone.ds, S(1) / S(boundaryShare)))};
-                 }
-                 return least;
-             })
-        .value;
+    const S most = S(1) / S(boundaryShare);
+    return most - problem
+                      .sum(cones_.size(), Greatest<S>(),
+                           [&](std::size_t begin, std::size_t end) {
+                               Greatest<S> blocked;
+                               for (std::size_t c = begin; c < end; ++c) {
+                                   ConeBarrier<S>& cone = cones_[c];
+                                   const RowBlock<S>& block = problem.blocks[c + joints];
+                                   Vec3<S> change = Vec3<S>::Zero();
+                                   for (int r = 0; r < cone.rows; ++r) {
+                                       change(r) = rowDot(problem.rows[at(block.first + r)], block,
+                                                          [&](int body) -> const Vec6<S>& { return wide_[at(body)]; });
+                                   }
+                                   change.x() /= cone.mu;
+                                   cone.dp = cone.answer(cone.aim - change);
+                                   cone.ds = change + cone.softness * cone.dp + cone.error;
+                                   blocked += {most - shareInside(cone.p, cone.dp, shareInside(cone.s, cone.ds, most))};
+                               }
+                               return blocked;
+                           })
+                      .value;
 }
 
 // A predictor, which heads straight for products of nothing, and a corrector, which heads for as much of their mean as

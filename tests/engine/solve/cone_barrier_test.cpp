@@ -29,9 +29,9 @@ TEST(ConeBarrierTest, OneScalingTakesImpulseAndSpeedToOnePoint) {
         const Vec3d speed = cone.scaled(cone.scaled(x)) + cone.softness * x;
         answer = std::max(answer, (cone.answer(speed) - x).norm());
     }
-    expectBelow("W p - W^-1 s, of either", apart, 2e-9);
-    expectBelow("W^-1 W x - x", inverse, 2e-9);
-    expectBelow("(W^2 + softness) answer(x) - x", answer, 2e-7);
+    expectBelow("W p - W^-1 s, of either", apart, 6e-13);
+    expectBelow("W^-1 W x - x", inverse, 7e-13);
+    expectBelow("(W^2 + softness) answer(x) - x", answer, 3.3e-10);
 }
 
 TEST(ConeBarrierTest, QuotientUndoesTheProduct) {
@@ -42,7 +42,7 @@ TEST(ConeBarrierTest, QuotientUndoesTheProduct) {
         const Vec3d x = random.vector(1);
         worst = std::max(worst, (jordanQuotient<double>(jordanProduct<double>(of, x), of) - x).norm());
     }
-    expectBelow("worst", worst, 1e-13);
+    expectBelow("worst", worst, 2.7e-15);
 }
 
 // Whatever the direction: at the share that is told the step is on the boundary, and not before.
@@ -66,7 +66,7 @@ TEST(ConeBarrierTest, ShareInsideEndsOnTheBoundary) {
         EXPECT_GT(room(0.999 * share), 0) << k;
     }
     EXPECT_GT(ended, 100);
-    expectBelow("off the boundary", worst, 1e-13);
+    expectBelow("off the boundary", worst, 3.6e-15);
 }
 
 }  // namespace

@@ -93,19 +93,23 @@ TEST(Struck, PyramidComesToRestExactly) {
     expectBelow("moved, m", pyramid.farthest(), 0.003);
 }
 
-// Of eight rows, into which a ball of a kilogram is shot through the third: after five seconds nothing sways. (One that
-// was thrown otherwise may.)
+// Through the third row of which a ball of a kilogram is shot: after five seconds nothing sways, but for a throw or
+// another.
 TEST(Struck, PyramidsThatAreShotAtComeToRest) {
     int resting = 0;
-    for (const double speed : {3.0, 4.0, 6.0, 8.0, 12.0, 16.0}) {
-        Pyramid pyramid(8);
-        const Vec3d from = position(pyramid.world, pyramid.boxes[20]) - Vec3d(0, 0, 1.5);
-        pyramid.world.add(
-            {.shapes = {sphere(0.25)}, .position = from, .linearVelocity = Vec3d(0, 0, speed), .mass = 1});
-        pyramid.step(300);
-        resting += pyramid.fastest() < 1e-3 ? 1 : 0;
+    for (const auto& [rows, target] : {std::pair(8, 20), {10, 30}, {12, 42}}) {
+        for (const double speed : {2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 20.0}) {
+            Pyramid pyramid(rows);
+            const Vec3d from = position(pyramid.world, pyramid.boxes[static_cast<std::size_t>(target)]);
+            pyramid.world.add({.shapes = {sphere(0.25)},
+                               .position = from - Vec3d(0, 0, 1.5),
+                               .linearVelocity = Vec3d(0, 0, speed),
+                               .mass = 1});
+            pyramid.step(300);
+            resting += pyramid.fastest() < 1e-4 ? 1 : 0;
+        }
     }
-    EXPECT_GE(resting, 5);
+    expectBelow("of 24 that sway", 24 - resting, 10);
 }
 
 // `direct` finds what holds once it has been struck. (By Newton's iteration alone 37 of these 400 steps are left
@@ -128,7 +132,7 @@ TEST(Struck, DirectSolvesWhatComesToRest) {
         fastest = std::max(fastest, pyramid.fastest());
     }
     EXPECT_EQ(unconverged, 0);
-    expectBelow("fastest, m/s", fastest, 1e-7);
+    expectBelow("fastest, m/s", fastest, 7e-8);
     expectBelow("most visits of a step", work, 1.3e6);
 }
 
