@@ -3,6 +3,7 @@
 // of their own; the world's are read when it is gathered and written when it is handed back (gather.hpp). It offers the
 // same rows to every solver.
 #include "base/parallel.hpp"
+#include "base/sliced_work.hpp"
 #include "engine/constraints/joint.hpp"
 #include "engine/problem/contact_rows.hpp"
 #include "engine/problem/solve_report.hpp"
@@ -132,6 +133,15 @@ struct Problem {
     std::vector<std::size_t> jointColours;
     std::vector<std::uint32_t> jointOrder;  // blocks, colour by colour
     JobSystem* jobs = nullptr;              // that share a large island; null: none
+    Pace* pace = nullptr;                   // of an island that is solved over several steps; null: of no other
+    // As long as so many visits of a row take has been spent on it.
+    void spend(double visits) const {
+        if (pace != nullptr) {
+            pace->spend(visits);
+        }
+    }
+    // Its answer is wanted no more.
+    bool isGivenUp() const { return pace != nullptr && pace->isGivenUp(); }
 
     // By impacts of the present sub-step: what bounced turns too far in it.
     int halvingsAsked = 0;

@@ -28,6 +28,8 @@ constexpr double worthAJolt = 0.01;
 constexpr int longestBackoff = 128;
 // Times the planned sub-steps, what is tried to find an answer that is finite.
 constexpr double worthOfFinite = 16;
+// Visits of a row that take as long as to gather it for the first time, and to plan.
+constexpr double paceOfGathering = 2.5;
 // Of the energy in play, what a sub-step that nothing guards may make of nothing before it is taken out again: bodies
 // born in each other, thin rods that turn by radians a sub-step.
 constexpr double explosion = 0.1;
@@ -224,6 +226,9 @@ S StepController<S>::subdivision(S dt, double maxWork, Solution& solution) {
     };
     while (course.left > 0) {
         SolveReport one = advance(course, maxWork);
+        if (problem_.isGivenUp()) {
+            return course.h;
+        }
         if (const int more = start ? affordableHalvings(course, maxWork, problem_.halvingsAsked, one) : 0; more > 0) {
             beginAnew(more, one.work);
             continue;
@@ -372,21 +377,23 @@ bool StepController<S>::solveAtRest(S dt, Solution& solution, NarrowCounts& narr
 }
 
 template <class S>
-Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
+Solution StepController<S>::solve(S dt, NarrowCounts& narrow) {
     if (!settles_ && !island_.pairs.empty()) {
         foreseeContacts<S>(world_.contacts, island_.pairs, world_.bodies, dt, request_.narrowPhase, *world_.jobs,
                            narrow);
     }
     gatherer_.gather();
+    problem_.spend(paceOfGathering * problem_.expectedRows());
     Solution solution;
     if (settles_ && solveAtRest(dt, solution, narrow)) {
-        gatherer_.handBack();
         solution.settles = true;
+        return solution;
+    }
+    if (problem_.isGivenUp()) {
         return solution;
     }
     if (!isAsked()) {
         solveSubdivided(dt, state_.isCalm() ? 1 : request_.subdivisions, solution, narrow);
-        gatherer_.handBack();
         return solution;
     }
     const StepCheckpoint<S> start(world_, island_, problem_, state_);
@@ -415,7 +422,6 @@ Solution StepController<S>::step(S dt, NarrowCounts& narrow) {
         state_.refinement = level;
         state_.calmSteps = 0;
     }
-    gatherer_.handBack();
     calmDown(solution.error.over);
     return solution;
 }

@@ -57,7 +57,14 @@ public:
     // is answered by doing the step again with twice as many subdivisions. The island remembers how many it needed;
     // after some calm steps it tries half as many. A body's own tolerance is asked of its island. narrow: added to, of
     // contacts found within the step.
-    Solution step(S dt, NarrowCounts& narrow);
+    Solution step(S dt, NarrowCounts& narrow) {
+        const Solution solution = solve(dt, narrow);
+        handBack();
+        return solution;
+    }
+    // The same in two parts, of which the second may come later, if nothing has changed of the island.
+    Solution solve(S dt, NarrowCounts& narrow);
+    void handBack() { gatherer_.handBack(); }
 
 private:
     // Solves the step as of bodies at rest. False: that does not hold them; nothing has changed, but for what it cost.

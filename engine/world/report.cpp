@@ -43,6 +43,8 @@ const char* name(PlanReason reason) {
             return "by sweeps: bodies deep in each other by the dozen pass through each other until they have parted";
         case PlanReason::BackingOff:
             return "by sweeps: an exact solution was not found a few steps ago";
+        case PlanReason::Standing:
+            return "not yet: it stands as it was put up until its exact solution, which takes several steps, is there";
     }
     return "";
 }

@@ -39,18 +39,23 @@ RestState World<S>::Impl::restStateAfter(const Body<S>& body, const SolverBody<S
 }
 
 template <class S>
-bool World<S>::Impl::isSettled(const Island& island, const IslandState& state) const {
+bool World<S>::Impl::isUndisturbed(const Island& island, const IslandState& state) const {
     const auto isStill = [&](std::uint32_t i) {
         const Body<S>& b = bodies[i];
         return b.restState == RestState::Still && !b.isPushed();
     };
     const auto isKnown = [&](std::uint32_t p) { return !contacts.pairs()[p].isNew; };
+    return island.before >= 0 && !island.isDriven && island.pairs.size() == state.pairs &&
+           island.joints.size() == state.joints &&
+           std::all_of(island.bodies.begin(), island.bodies.end(), isStill) &&
+           std::all_of(island.pairs.begin(), island.pairs.end(), isKnown);
+}
+
+template <class S>
+bool World<S>::Impl::isSettled(const Island& island, const IslandState& state) const {
     // What was left above tolerance would be told as such for ever.
     const SolveReport& last = state.solved.report;
-    return island.before >= 0 && !island.isDriven && island.pairs.size() == state.pairs &&
-           island.joints.size() == state.joints && !last.truncated && !last.unconverged &&
-           !(state.solved.error.over > 1) && std::all_of(island.bodies.begin(), island.bodies.end(), isStill) &&
-           std::all_of(island.pairs.begin(), island.pairs.end(), isKnown);
+    return !last.truncated && !last.unconverged && !(state.solved.error.over > 1) && isUndisturbed(island, state);
 }
 
 template <class S>
@@ -146,6 +151,9 @@ void World<S>::Impl::recallIslands(S dt) {
             return;
         }
         state.settledSteps = 0;
+        if (state.standing && !(sameRules && isUndisturbed(island, state))) {
+            state.standing.reset();
+        }
         if (sameRules && maySettle(island, state, dt)) {
             ControllerState& control = state.control;
             if (control.slowSteps == control.settleAfter) {

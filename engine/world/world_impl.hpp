@@ -5,6 +5,7 @@
 #include "engine/solve/budget.hpp"
 #include "engine/solve/step_controller.hpp"
 #include "engine/world/continuous.hpp"
+#include "engine/world/standing.hpp"
 
 #include <mutex>
 #include <optional>
@@ -63,6 +64,8 @@ struct World<S>::Impl {
         int settledSteps = 0;  // one after the other, up to this one
         bool settled = false;  // in this step
         bool settles = false;  // this step tries to settle it; after it: and has found it at rest
+        bool wasSolved = false;
+        std::unique_ptr<StandingStart<S>> standing;  // its first step, while that is being solved
     };
     std::vector<IslandState> islandStates;  // by awake island
     bool rulesChanged = true;               // solver or accuracy, since the last step
@@ -183,12 +186,21 @@ private:
     // Whether nothing has changed in the island or around it since it was solved, and that moved nothing: then the same
     // forces hold it through this step, and it is not solved again.
     bool isSettled(const Island& island, const IslandState& state) const;
+    // Whether nothing but the last step itself may have changed the island or anything around it, and it stood still.
+    bool isUndisturbed(const Island& island, const IslandState& state) const;
     // Whether it is worth a try: exact solutions of large stacks leave a little motion, which never dies out by itself.
     // Friction would stop it within the step, if it were not the solver's own doing.
     bool maySettle(const Island& island, const IslandState& state, S dt) const;
     // Puts up with what the forces of the last solution leave unbalanced, and says how much that is.
     void settle(const Island& island, IslandState& state, S dt);
     void solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt, JobSystem& team);
+    // standing.cpp. Whether an island stands as it was put up: at rest, all of it touching, and never solved.
+    bool mayStartStanding(const Island& island, const IslandState& state) const;
+    // Goes on with the first step of what may take several. False: it is to be solved as any other.
+    bool startStanding(const Island& island, IslandState& state, Solver<S>& by, const SolveRequest& request,
+                       double maxWork, S dt);
+    // Leaves it where it is, and says what that is worth.
+    void standStill(const Island& island, IslandState& state, S dt);
     // Gives the bodies where the problem has led them. A body whose numbers went non-finite stays where it was, at
     // rest.
     void writeBack(const Problem<S>& problem, IslandState& state, S dt);
@@ -251,6 +263,11 @@ private:
     int stepsWithoutLarge_ = 0;
     std::mutex narrowMutex_;
     NarrowCounts narrow_;  // of contacts found within the islands of this step
+    void addNarrow(const NarrowCounts& counts);
+    WorldTables<S> tables(JobSystem* team) {
+        return {bodies, joints, contacts, islands, {def.gravity.template cast<S>(), def.gyroscopic, gyroscopicInertia()},
+                team};
+    }
     Totals totals_;
     EnergyWatch energyWatch_;
     MomentumWatch momentumWatch_;

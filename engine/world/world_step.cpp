@@ -412,6 +412,14 @@ Solver<S>& World<S>::Impl::solverOf(SolveRequest& request) {
 }
 
 template <class S>
+void World<S>::Impl::addNarrow(const NarrowCounts& counts) {
+    if (counts.calls > 0) {
+        const std::lock_guard lock(narrowMutex_);  // sums of whole numbers: the order of threads does not show
+        narrow_ += counts;
+    }
+}
+
+template <class S>
 void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt,
                                  JobSystem& team) {
     // Kept by the thread for all islands that it solves: kept by each, it would be most of what a body costs in memory.
@@ -421,18 +429,18 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     constexpr std::size_t fewBodies = 2;
     const Island& island = islands.awake()[k];
     IslandState& state = islandStates[k];
+    if (startStanding(island, state, by, request, maxWork, dt)) {
+        return;
+    }
+    state.wasSolved = true;
     Problem<S>& problem = island.isLarge() ? largeProblem_.make() : small;
     SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory.make();
-    const WorldTables<S> tables{
-        bodies, joints, contacts, islands, {def.gravity.cast<S>(), def.gyroscopic, gyroscopicInertia()}, &team};
+    const WorldTables<S> tables = this->tables(&team);
     std::swap(problem.memory, memory);
     NarrowCounts narrow;
     state.solved =
         StepController<S>(tables, island, problem, state.control, by, request, state.settles, maxWork).step(dt, narrow);
-    if (narrow.calls > 0) {
-        const std::lock_guard lock(narrowMutex_);  // sums of whole numbers: the order of threads does not show
-        narrow_ += narrow;
-    }
+    addNarrow(narrow);
     std::swap(problem.memory, memory);
     state.settles = state.solved.settles;
     state.control.work = state.solved.report.work;

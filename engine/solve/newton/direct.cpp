@@ -352,6 +352,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
         problem.fly(h);
         return report;
     }
+    problem.spend(Tuning::paceOfRows * problem.expectedRows());
     problem.predict(h);
     problem.linearize();
     if (resolveImpacts(problem, settings_, h)) {
@@ -375,6 +376,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     const Problem<double>& wide = widen(problem, memory.wide);
     ContactNewton<double>& newton = memory.newton;
     const double hWide = static_cast<double>(h);
+    problem.spend(Tuning::paceOfTerms * problem.expectedRows());
     newton.prepare(wide, settings_.def.linearSolver);
     const auto fill = [&](double slop) {
         fillSystem(wide, newton, settings_, slop, jointsAlone ? Tuning::slowSpeed : Tuning::smallError / hWide, hWide);
@@ -384,6 +386,9 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
     const bool isBounded = affordable < options.maxIterations;
     options.maxIterations = std::min(options.maxIterations, affordable);
     NewtonReport solved = solveWithin(problem, newton, wide, options, fill, report);
+    if (problem.isGivenUp()) {
+        return report;
+    }
     // What joints alone have no nonlinear answer for gets a linear one, which takes energy at most.
     // Where contacts open and shut, their own error is the larger one: there the projection closes the joints as well,
     // as long as they are not off by much.

@@ -127,6 +127,10 @@ struct DirectTuning {
     static constexpr int expectedIterations = 30;
     // Visits of each row in an iteration, beside the factor.
     static constexpr double visitsOfIteration = 4;
+    // Visits of a row that take as long as to make it for the first time: what is solved over several steps goes by
+    // them.
+    static constexpr double paceOfRows = 6;
+    static constexpr double paceOfTerms = 2;  // the same of its terms, and of what the factor is prepared by
     // Iterations that a budget without bound is clamped to: infinity fits no int.
     static constexpr double manyIterations = 1e6;
     static constexpr int fallbackSweeps = 20;    // that Gauss-Seidel gets where Newton has not converged

@@ -168,6 +168,7 @@ void ContactNewton<S>::lineSearch(const Problem<S>& problem, const std::vector<S
 
 template <class S>
 double ContactNewton<S>::residual(const Problem<S>& problem) const {
+    problem.spend(static_cast<double>(problem.rows.size()));
     const auto ofBlock = [&](std::size_t k) {
         const RowBlock<S>& block = problem.blocks[k];
         const std::size_t first = at(block.first);
@@ -238,6 +239,7 @@ S ContactNewton<S>::evaluate(const Problem<S>& problem, std::vector<S>& impulse,
     y_.resize(u_.size());
     impulse.resize(u_.size());
     system.visits += u_.size();
+    problem.spend(static_cast<double>(u_.size()));
     startGradient(problem, g);
     problem.forBlocksApart([&](std::size_t k) {
         const RowBlock<S>& block = problem.blocks[k];
@@ -441,7 +443,7 @@ NewtonReport ContactNewton<S>::solve(const Problem<S>& problem, const NewtonOpti
     int deSaxceUpdates = 0;
     bool mayGoInside = options.standing && problem.blocks.size() - at(problem.jointBlocks) >= manyPoints &&
                        options.maxIterations >= patience + leastInside;
-    while (report.iterations < options.maxIterations) {
+    while (report.iterations < options.maxIterations && !problem.isGivenUp()) {
         if (mayGoInside && report.iterations >= patience && left > static_cast<S>(target)) {
             mayGoInside = false;
             left = guessInside(problem, options, reg, impulse, g, report);

@@ -188,10 +188,11 @@ bool ContactNewton<S>::factorise(const Problem<S>& problem, const std::vector<S>
 
 template <class S>
 bool ContactNewton<S>::factoriseWeighed(const Problem<S>& problem, bool isUpdate, NewtonReport& report) {
+    problem.spend(assemblyPace * static_cast<double>(problem.rows.size()));
     assemble(problem, isUpdate);
     ++report.factorisations;
     system.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;
-    factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor(problem.jobs) : diagonal_.invert();
+    factored_ = linearSolver_ == LinearSolver::Factor ? factor_.factor(problem.jobs, problem.pace) : diagonal_.invert();
     isOfProblem_ = factored_;
     changedNodes_.clear();
     factoredPoses_.clear();
@@ -389,6 +390,7 @@ void ContactNewton<S>::newtonStep(const Problem<S>& problem, std::vector<Vec6<S>
         for (std::size_t n = 0; n < g.size(); ++n) {
             Eigen::Map<Vec6<double>>(factor_.right(static_cast<int>(n))) = g[n].template cast<double>();
         }
+        problem.spend(static_cast<double>(problem.rows.size()));
         factor_.substitute(problem.jobs);
         for (std::size_t n = 0; n < g.size(); ++n) {
             g[n] = Eigen::Map<const Vec6<double>>(factor_.right(static_cast<int>(n))).template cast<S>();

@@ -77,6 +77,7 @@ InteriorLeft<S> ContactNewton<S>::measureInside(const Problem<S>& problem, std::
                                                 std::vector<Vec6<S>>& g) {
     startGradient(problem, g);
     system.visits += problem.rows.size();
+    problem.spend(2 * static_cast<double>(problem.rows.size()));
     problem.forBlocksApart([&](std::size_t k) {
         const RowBlock<S>& block = problem.blocks[k];
         const std::size_t first = at(block.first);
@@ -240,7 +241,7 @@ S ContactNewton<S>::guessInside(const Problem<S>& problem, const NewtonOptions& 
         last = std::max({left.complementarity, left.error, speedOf(problem, g)});
         first = k == 0 ? last : first;
         const bool looks = k % stepsToHalve == 0;
-        goesOn = last > S(toleranceInside) && report.iterations < options.maxIterations &&
+        goesOn = last > S(toleranceInside) && !problem.isGivenUp() && report.iterations < options.maxIterations &&
                  !(looks && last > S(0.5) * lastLook) && stepInside(problem, left, g, step, report);
         lastLook = looks ? last : lastLook;
     }

@@ -3,8 +3,16 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 namespace cairn {
+namespace {
+
+// Multiply-adds that take as long as a visit of a row, and visits after which they are told.
+constexpr double productsOfVisit = 500;
+constexpr double toldAtOnce = 1e4;
+
+}  // namespace
 
 void SparseFactor::setZero(const std::vector<int>& rows) {
     if (rows != active_) {
@@ -102,7 +110,7 @@ SparseFactor::Block SparseFactor::block(std::size_t edge, bool transposed) {
     return {kind_ == Kind::General ? upper + (s.lower - s.upper) : upper, 1, s.step};
 }
 
-bool SparseFactor::factor(JobSystem* jobs) {
+bool SparseFactor::factor(JobSystem* jobs, Pace* pace) {
     const auto updateUpTo = [&](std::size_t k, std::size_t end) {
         const Supernode& s = supernodes_[k];
         std::size_t last = s.groupEnd;
@@ -112,11 +120,24 @@ bool SparseFactor::factor(JobSystem* jobs) {
         update(s, s.groups, last);
     };
     if (!isShared(jobs)) {
+        double untold = 0;
         for (std::size_t k = 0; k < supernodes_.size(); ++k) {
             if (!eliminateNew(k, nullptr)) {
                 return false;
             }
             updateUpTo(k, supernodes_.size());
+            if (pace == nullptr) {
+                continue;
+            }
+            const auto m = static_cast<double>(supernodes_[k].m);
+            const auto n = static_cast<double>(supernodes_[k].n);
+            untold += m * (m * m / 3 + m * n + n * n / 2) / productsOfVisit;
+            if (untold > toldAtOnce) {
+                pace->spend(std::exchange(untold, 0));
+                if (pace->isGivenUp()) {
+                    return false;
+                }
+            }
         }
         return true;
     }

@@ -8,6 +8,7 @@
 // a supernode after the other, each by all threads. The bits are those of one thread.
 #include "base/base.hpp"
 #include "base/parallel.hpp"
+#include "base/sliced_work.hpp"
 #include "engine/solve/kernels/dense_kernels.hpp"
 
 namespace cairn {
@@ -48,8 +49,9 @@ public:
     Block transposedEdge(std::size_t edge) { return block(edge, true); }  // rows of the second node
 
     // Turns the matrix into its factor. False: a pivot is singular, or not positive, and only setZero() helps. `jobs`,
-    // here and below: that share a large one; null: none.
-    bool factor(JobSystem* jobs = nullptr);
+    // here and below: that share a large one; null: none. `pace`, of one thread: counts the work; what is given up is
+    // left.
+    bool factor(JobSystem* jobs = nullptr, Pace* pace = nullptr);
     // The right-hand side at the rows of a node, to be written; the solution there after substitute().
     double* right(int node) { return right_.data() + xOf_[at(placeOf_[at(node)])]; }
     void substitute(JobSystem* jobs = nullptr);

@@ -73,6 +73,7 @@ inline const Problem<double>& widen(const Problem<float>& problem, Problem<doubl
         wide.blocks.push_back(widenBlock(block));
     }
     wide.jointBlocks = problem.jointBlocks;
+    wide.pace = problem.pace;
     wide.respond();
     return wide;
 }

@@ -1,0 +1,148 @@
+#include "engine/world/standing.hpp"
+#include "engine/world/world_impl.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+
+template <class S>
+StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& island, Solver<S>& solver,
+                                const SolveRequest& request, double maxWork, S dt, Problem<S> room)
+    : bodies_(island.bodies.begin(), island.bodies.end()),
+      pairs_(island.pairs.begin(), island.pairs.end()),
+      jobs_(newJobSystem(1)),
+      island_(island),
+      world_(world),
+      request_(request),
+      problem_(std::move(room)),
+      controller_(world_, island_, problem_, control_, solver, request_, true, maxWork),
+      work_([this, dt](Pace& pace) {
+          problem_.pace = &pace;
+          solution_ = controller_.solve(dt, narrow_);
+          problem_.pace = nullptr;
+      }) {
+    island_.bodies = bodies_;
+    island_.pairs = pairs_;
+    world_.jobs = jobs_.get();
+    double points = 0;
+    for (const std::uint32_t p : pairs_) {
+        points += world.contacts.pairs()[p].pointCount();
+    }
+    slice_ = std::max(freeVisits, visitsOfRow * 3 * points);
+}
+
+template <class S>
+bool StandingStart<S>::run() {
+    ++slices_;
+    return work_.run(slice_);
+}
+
+template <class S>
+Problem<S>& StandingStart<S>::handBack(const Island& island) {
+    // Pairs keep their order, but not their places.
+    for (ProblemContact<S>& contact : problem_.contacts) {
+        const auto was = std::lower_bound(pairs_.begin(), pairs_.end(), contact.pair);
+        contact.pair = island.pairs[static_cast<std::size_t>(was - pairs_.begin())];
+    }
+    controller_.handBack();
+    return problem_;
+}
+
+namespace {
+
+// m: what is no farther apart touches.
+constexpr double touching = 1e-4;
+// Steps that sweeps have what was not solved in time.
+constexpr int stepsWithoutAnswer = 16;
+
+}  // namespace
+
+template <class S>
+bool World<S>::Impl::mayStartStanding(const Island& island, const IslandState& state) const {
+    const auto isAtRest = [&](std::uint32_t i) {
+        const Body<S>& b = bodies[i];
+        return b.v.isZero(S(0)) && b.w.isZero(S(0)) && !b.isPushed() && !b.kind->locked && !b.kind->def.particle;
+    };
+    if (!island.isLarge() || island.isDriven || !island.joints.empty() || state.wasSolved ||
+        !std::holds_alternative<AutoDef>(def.solver) || accuracyAsked() || def.accuracy.maxWork > 0 ||
+        !std::all_of(island.bodies.begin(), island.bodies.end(), isAtRest)) {
+        return false;
+    }
+    std::vector<char> touches(island.bodies.size(), 0);
+    for (const std::uint32_t p : island.pairs) {
+        const PairContacts<S>& pair = contacts.pairs()[p];
+        for (const ContactManifold<S>& manifold : pair.manifolds) {
+            const auto isClose = [](const ContactPointState<S>& point) {
+                return point.separation <= static_cast<S>(touching);
+            };
+            const auto points = manifold.inForce();
+            for (const std::uint32_t body : {pair.pair.a, pair.pair.b}) {
+                if (bodies[body].isDynamic() && std::any_of(points.begin(), points.end(), isClose)) {
+                    touches[static_cast<std::size_t>(islands.placeOf(body))] = 1;
+                }
+            }
+        }
+    }
+    return std::all_of(touches.begin(), touches.end(), [](char touched) { return touched != 0; });
+}
+
+template <class S>
+bool World<S>::Impl::startStanding(const Island& island, IslandState& state, Solver<S>& by, const SolveRequest& request,
+                                   double maxWork, S dt) {
+    if (!state.standing) {
+        if (!mayStartStanding(island, state)) {
+            return false;
+        }
+        state.standing = std::make_unique<StandingStart<S>>(tables(nullptr), island, by, request, maxWork, dt,
+                                                            std::move(largeProblem_.make()));
+    }
+    StandingStart<S>& start = *state.standing;
+    if (!start.run()) {
+        if (!start.hasTakenTooLong()) {
+            standStill(island, state, dt);
+            return true;
+        }
+        state.standing.reset();
+        ControllerState& control = state.control;
+        control.failedAtRest = true;
+        control.backoff = control.sweepSteps = stepsWithoutAnswer;
+        return false;
+    }
+    Problem<S>& problem = start.handBack(island);
+    state.solved = start.solution();
+    state.control = start.control();
+    state.control.work = state.solved.report.work;
+    state.settles = state.solved.settles;
+    state.wasSolved = true;
+    addNarrow(start.narrow());
+    std::swap(problem.memory, state.memory.make());
+    writeBack(problem, state, dt);
+    largeProblem_.make() = std::move(problem);
+    state.standing.reset();
+    return true;
+}
+
+template <class S>
+void World<S>::Impl::standStill(const Island& island, IslandState& state, S dt) {
+    double squared = 0;
+    for (const std::uint32_t i : island.bodies) {
+        Body<S>& b = bodies[i];
+        b.settled = true;
+        b.restState = RestState::Still;
+        b.beginRest();
+        b.momentumResidual = std::sqrt(b.kind->mass) * dt *
+                             static_cast<S>(std::abs(b.kind->def.gravityScale) * def.gravity.norm());
+        squared += static_cast<double>(b.momentumResidual * b.momentumResidual);
+    }
+    state.solved = {};
+    state.solved.reason = PlanReason::Standing;
+    state.solved.report.truncated = true;
+    state.solved.report.residualMomentum = std::sqrt(squared);
+}
+
+template struct World<float>::Impl;
+template struct World<double>::Impl;
+template class StandingStart<float>;
+template class StandingStart<double>;
+
+}  // namespace cairn
