@@ -14,8 +14,9 @@ class Pace {
 public:
     // So much more is done. Returns once as much has been let, or the work has been given up.
     void spend(double amount);
-    // The work is wanted no more: it should return as soon as it may.
+    // The work is wanted no more, or has itself found that it leads nowhere: it should return as soon as it may.
     bool isGivenUp() const { return isGivenUp_; }
+    void giveUp() { isGivenUp_ = true; }
 
 private:
     friend class SlicedWork;
@@ -25,7 +26,7 @@ private:
     double spent_ = 0;
     bool waits_ = false;  // until more is let
     bool hasEnded_ = false;
-    bool isGivenUp_ = false;  // written while the work waits
+    bool isGivenUp_ = false;  // written by the work, or while it waits
 };
 
 // At any time either the work runs or who waits for it. How far it comes hangs on what it counts, never on a clock, and

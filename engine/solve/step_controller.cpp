@@ -30,6 +30,8 @@ constexpr int longestBackoff = 128;
 constexpr double worthOfFinite = 16;
 // Visits of a row that take as long as to gather it for the first time, and to plan.
 constexpr double paceOfGathering = 2.5;
+// What stands and is not solved in one try goes on from what that found.
+constexpr int moreTriesFromRest = 3;
 // Of the energy in play, what a sub-step that nothing guards may make of nothing before it is taken out again: bodies
 // born in each other, thin rods that turn by radians a sub-step.
 constexpr double explosion = 0.1;
@@ -115,6 +117,11 @@ bool StepController<S>::learn(const SolveReport& report) {
 
 template <class S>
 SolveReport StepController<S>::advance(const Course& course, double maxWork) {
+    if (problem_.pace != nullptr && problem_.plan.sweeps()) {
+        // No step is too short for sweeps.
+        problem_.pace->giveUp();
+        return {};
+    }
     SubstepLimits& limits = problem_.limits;
     const double allowed = maxWork - problem_.plan.kept;
     const double worth = std::min(allowed, problem_.plan.maxWork);
@@ -309,6 +316,9 @@ void StepController<S>::solveSubdivided(S dt, int subdivisions, Solution& soluti
     solution.report.newtonIterations += spent.newtonIterations;
     solution.report.factorisations += spent.factorisations;
     solution.report.work += spent.work;
+    if (problem_.isGivenUp()) {
+        return;
+    }
     solution.error = measureIsland(problem_, h, dt, request_.accuracy);
 }
 
@@ -357,6 +367,8 @@ template <class S>
 bool StepController<S>::solveAtRest(S dt, Solution& solution, NarrowCounts& narrow) {
     const Checkpoint<S> start(problem_);
     const ControllerState before = state_;
+    const bool wasAtRest = std::all_of(problem_.bodies.begin(), problem_.bodies.end(),
+                                       [](const SolverBody<S>& body) { return body.v.isZero(S(0)); });
     for (SolverBody<S>& body : problem_.bodies) {
         body.v.setZero();
         body.vBefore.setZero();
@@ -366,8 +378,10 @@ bool StepController<S>::solveAtRest(S dt, Solution& solution, NarrowCounts& narr
         return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= settledChange<S>;
     };
     // What was begun anew without settles_ found no answer.
-    if (settles_ && !(solution.error.over > 1) &&
-        std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isStill)) {
+    solution.settles = settles_ && !(solution.error.over > 1) &&
+                       std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isStill);
+    // Of what was at rest any answer is that of the step.
+    if (solution.settles || wasAtRest) {
         return true;
     }
     start.restore(problem_);
@@ -383,13 +397,8 @@ Solution StepController<S>::solve(S dt, NarrowCounts& narrow) {
                            narrow);
     }
     gatherer_.gather();
-    problem_.spend(paceOfGathering * problem_.expectedRows());
     Solution solution;
     if (settles_ && solveAtRest(dt, solution, narrow)) {
-        solution.settles = true;
-        return solution;
-    }
-    if (problem_.isGivenUp()) {
         return solution;
     }
     if (!isAsked()) {
@@ -423,6 +432,33 @@ Solution StepController<S>::solve(S dt, NarrowCounts& narrow) {
         state_.calmSteps = 0;
     }
     calmDown(solution.error.over);
+    return solution;
+}
+
+template <class S>
+Solution StepController<S>::solveFromRest(S dt, Pace& pace, NarrowCounts& narrow) {
+    problem_.pace = &pace;
+    gatherer_.gather();
+    problem_.spend(paceOfGathering * problem_.expectedRows());
+    const std::vector<SolverBody<S>> start = problem_.bodies;
+    const auto isSlow = [&](const SolverBody<S>& s) {
+        return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= static_cast<S>(slowSpeed);
+    };
+    Solution solution;
+    bool goesOn = true;
+    for (int tries = 0; goesOn && !settles_; ++tries) {
+        problem_.bodies = start;
+        solveSubdivided(dt, 1, solution, narrow);
+        const bool isSolved = !solution.report.unconverged && !solution.report.truncated;
+        goesOn = !problem_.isGivenUp() && (isSolved || tries < moreTriesFromRest) &&
+                 std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isSlow);
+        settles_ = goesOn && isSolved;
+    }
+    if (settles_) {
+        problem_.bodies = start;
+        solveAtRest(dt, solution, narrow);
+    }
+    problem_.pace = nullptr;
     return solution;
 }
 

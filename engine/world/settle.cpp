@@ -6,8 +6,6 @@
 namespace cairn {
 namespace {
 
-// m/s. What exact solutions leave of motion in a pyramid of 5000 boxes that rests is up to 2e-4.
-constexpr double slowSpeed = 5e-4;
 // m/s of a body at rest, 4 mm an hour; and how much its speed may change in a step, if it has not been tried to settle
 // it (settledChange): nothing that shows in the balance of momentum.
 template <class S>

@@ -15,11 +15,10 @@ StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& islan
       world_(world),
       request_(request),
       problem_(std::move(room)),
-      controller_(world_, island_, problem_, control_, solver, request_, true, maxWork),
+      controller_(world_, island_, problem_, control_, solver, request_, false, maxWork),
       work_([this, dt](Pace& pace) {
-          problem_.pace = &pace;
-          solution_ = controller_.solve(dt, narrow_);
-          problem_.pace = nullptr;
+          solution_ = controller_.solveFromRest(dt, pace, narrow_);
+          isAnswered_ = !pace.isGivenUp();
       }) {
     island_.bodies = bodies_;
     island_.pairs = pairs_;
@@ -32,9 +31,12 @@ StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& islan
 }
 
 template <class S>
-bool StandingStart<S>::run() {
+typename StandingStart<S>::State StandingStart<S>::run() {
     ++slices_;
-    return work_.run(slice_);
+    if (work_.run(slice_)) {
+        return isAnswered_ ? State::Solved : State::Unsolved;
+    }
+    return slices_ < mostSlices ? State::GoesOn : State::Unsolved;
 }
 
 template <class S>
@@ -97,11 +99,13 @@ bool World<S>::Impl::startStanding(const Island& island, IslandState& state, Sol
                                                             std::move(largeProblem_.make()));
     }
     StandingStart<S>& start = *state.standing;
-    if (!start.run()) {
-        if (!start.hasTakenTooLong()) {
-            standStill(island, state, dt);
-            return true;
-        }
+    using Progress = typename StandingStart<S>::State;
+    const Progress progress = start.run();
+    if (progress == Progress::GoesOn) {
+        standStill(island, state, dt);
+        return true;
+    }
+    if (progress == Progress::Unsolved) {
         state.standing.reset();
         ControllerState& control = state.control;
         control.failedAtRest = true;

@@ -15,10 +15,9 @@ public:
     StandingStart(const WorldTables<S>& world, const Island& island, Solver<S>& solver, const SolveRequest& request,
                   double maxWork, S dt, Problem<S> room);
 
-    // Goes on by one slice. True: it is solved.
-    bool run();
-    // It has been tried for as long as it may stand still.
-    bool hasTakenTooLong() const { return slices_ >= mostSlices; }
+    enum class State { GoesOn, Solved, Unsolved };
+    // Goes on by one slice. Unsolved: an exact solution is not to be had, or not while it may stand still.
+    State run();
 
     // Of what is solved, if nothing has changed of `island` meanwhile: gives its contacts what they carry, and answers
     // with the problem, in which the bodies are where they should be.
@@ -28,8 +27,8 @@ public:
     const NarrowCounts& narrow() const { return narrow_; }
 
 private:
-    // Two tenths of a second of steps of 1/60 s.
-    static constexpr int mostSlices = 12;
+    // Two thirds of a second in steps of 1/60 s: walls of sixty courses take thirty.
+    static constexpr int mostSlices = 120;
     // Visits of a row that a slice has, and that any has: what four sub-steps of sweeps take, and some 15 ms.
     static constexpr double visitsOfRow = 5;
     static constexpr double freeVisits = 3e5;
@@ -45,6 +44,7 @@ private:
     NarrowCounts narrow_;
     double slice_ = 0;  // visits
     int slices_ = 0;
+    bool isAnswered_ = false;
     StepController<S> controller_;
     SlicedWork work_;  // last: it is given up before all that it works on
 };

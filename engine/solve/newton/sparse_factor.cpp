@@ -126,7 +126,7 @@ bool SparseFactor::factor(JobSystem* jobs, Pace* pace) {
                 return false;
             }
             updateUpTo(k, supernodes_.size());
-            if (pace == nullptr) {
+            if (pace == nullptr || isNew_[k] == 0) {
                 continue;
             }
             const auto m = static_cast<double>(supernodes_[k].m);
