@@ -30,8 +30,6 @@ constexpr int longestBackoff = 128;
 constexpr double worthOfFinite = 16;
 // Visits of a row that take as long as to gather it for the first time, and to plan.
 constexpr double paceOfGathering = 2.5;
-// What stands and is not solved in one try goes on from what that found.
-constexpr int moreTriesFromRest = 3;
 // Of the energy in play, what a sub-step that nothing guards may make of nothing before it is taken out again: bodies
 // born in each other, thin rods that turn by radians a sub-step.
 constexpr double explosion = 0.1;
@@ -441,21 +439,15 @@ Solution StepController<S>::solveFromRest(S dt, Pace& pace, NarrowCounts& narrow
     gatherer_.gather();
     problem_.spend(paceOfGathering * problem_.expectedRows());
     const std::vector<SolverBody<S>> start = problem_.bodies;
+    Solution solution;
+    solveSubdivided(dt, 1, solution, narrow);
     const auto isSlow = [&](const SolverBody<S>& s) {
         return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= static_cast<S>(slowSpeed);
     };
-    Solution solution;
-    bool goesOn = true;
-    for (int tries = 0; goesOn && !settles_; ++tries) {
+    if (!problem_.isGivenUp() && !solution.report.unconverged &&
+        std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isSlow)) {
         problem_.bodies = start;
-        solveSubdivided(dt, 1, solution, narrow);
-        const bool isSolved = !solution.report.unconverged && !solution.report.truncated;
-        goesOn = !problem_.isGivenUp() && (isSolved || tries < moreTriesFromRest) &&
-                 std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isSlow);
-        settles_ = goesOn && isSolved;
-    }
-    if (settles_) {
-        problem_.bodies = start;
+        settles_ = true;
         solveAtRest(dt, solution, narrow);
     }
     problem_.pace = nullptr;

@@ -7,7 +7,7 @@ namespace cairn {
 
 template <class S>
 StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& island, Solver<S>& solver,
-                                const SolveRequest& request, double maxWork, S dt, Problem<S> room)
+                                const SolveRequest& request, S dt, Problem<S> room)
     : bodies_(island.bodies.begin(), island.bodies.end()),
       pairs_(island.pairs.begin(), island.pairs.end()),
       jobs_(newJobSystem(1)),
@@ -15,7 +15,7 @@ StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& islan
       world_(world),
       request_(request),
       problem_(std::move(room)),
-      controller_(world_, island_, problem_, control_, solver, request_, false, maxWork),
+      controller_(world_, island_, problem_, control_, solver, request_, false, infinity<double>()),
       work_([this, dt](Pace& pace) {
           solution_ = controller_.solveFromRest(dt, pace, narrow_);
           isAnswered_ = !pace.isGivenUp();
@@ -90,12 +90,12 @@ bool World<S>::Impl::mayStartStanding(const Island& island, const IslandState& s
 
 template <class S>
 bool World<S>::Impl::startStanding(const Island& island, IslandState& state, Solver<S>& by, const SolveRequest& request,
-                                   double maxWork, S dt) {
+                                   S dt) {
     if (!state.standing) {
         if (!mayStartStanding(island, state)) {
             return false;
         }
-        state.standing = std::make_unique<StandingStart<S>>(tables(nullptr), island, by, request, maxWork, dt,
+        state.standing = std::make_unique<StandingStart<S>>(tables(nullptr), island, by, request, dt,
                                                             std::move(largeProblem_.make()));
     }
     StandingStart<S>& start = *state.standing;

@@ -13,7 +13,7 @@ public:
     // Of a step of dt of `island`, as the world is at the first run(). It is solved as closely as what settles. room:
     // what its problem may be made of.
     StandingStart(const WorldTables<S>& world, const Island& island, Solver<S>& solver, const SolveRequest& request,
-                  double maxWork, S dt, Problem<S> room);
+                  S dt, Problem<S> room);
 
     enum class State { GoesOn, Solved, Unsolved };
     // Goes on by one slice. Unsolved: an exact solution is not to be had, or not while it may stand still.

@@ -198,7 +198,7 @@ private:
     bool mayStartStanding(const Island& island, const IslandState& state) const;
     // Goes on with the first step of what may take several. False: it is to be solved as any other.
     bool startStanding(const Island& island, IslandState& state, Solver<S>& by, const SolveRequest& request,
-                       double maxWork, S dt);
+                       S dt);
     // Leaves it where it is, and says what that is worth.
     void standStill(const Island& island, IslandState& state, S dt);
     // Gives the bodies where the problem has led them. A body whose numbers went non-finite stays where it was, at

@@ -429,7 +429,7 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     constexpr std::size_t fewBodies = 2;
     const Island& island = islands.awake()[k];
     IslandState& state = islandStates[k];
-    if (startStanding(island, state, by, request, maxWork, dt)) {
+    if (startStanding(island, state, by, request, dt)) {
         return;
     }
     state.wasSolved = true;

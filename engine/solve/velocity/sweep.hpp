@@ -64,6 +64,7 @@ struct RowSystem {
     S sweep(const Problem<S>& problem, S relaxation) {
         S change = 0;
         visits += problem.rows.size();
+        problem.spend(static_cast<double>(problem.rows.size()));
         for (std::size_t k = 0; k < problem.blocks.size(); ++k) {
             change += sweepBlock(problem, k, relaxation);
         }
