@@ -39,8 +39,8 @@ public:
     SlicedWork(const SlicedWork&) = delete;
     SlicedWork& operator=(const SlicedWork&) = delete;
 
-    // Lets it do `amount` more. True: it has ended, and that took no more than it has been let. What it throws is thrown
-    // on.
+    // Lets it do `amount` more. True: it has ended, and that took no more than it has been let. What it throws is
+    // thrown on.
     bool run(double amount);
 
 private:

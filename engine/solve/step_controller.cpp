@@ -376,8 +376,8 @@ bool StepController<S>::solveAtRest(S dt, Solution& solution, NarrowCounts& narr
         return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= settledChange<S>;
     };
     // What was begun anew without settles_ found no answer.
-    solution.settles = settles_ && !(solution.error.over > 1) &&
-                       std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isStill);
+    solution.settles =
+        settles_ && !(solution.error.over > 1) && std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isStill);
     // Of what was at rest any answer is that of the step.
     if (solution.settles || wasAtRest) {
         return true;

@@ -64,14 +64,14 @@ public:
     }
     // The same in two parts, of which the second may come later, if nothing has changed of the island.
     Solution solve(S dt, NarrowCounts& narrow);
-    // The first part for what is at rest, exactly and at the pace given; as closely as what settles, if it stands. Where
-    // there is no exact solution it gives up.
+    // The first part for what is at rest, exactly and at the pace given; as closely as what settles, if it stands.
+    // Where there is no exact solution it gives up.
     Solution solveFromRest(S dt, Pace& pace, NarrowCounts& narrow);
     void handBack() { gatherer_.handBack(); }
 
 private:
-    // Solves the step as of bodies at rest. False: they were not, and it does not hold them; nothing has changed, but for
-    // what it cost.
+    // Solves the step as of bodies at rest. False: they were not, and it does not hold them; nothing has changed, but
+    // for what it cost.
     bool solveAtRest(S dt, Solution& solution, NarrowCounts& narrow);
     void solveSubdivided(S dt, int subdivisions, Solution& solution, NarrowCounts& narrow);
     // How far the sub-steps of a subdivision have come.

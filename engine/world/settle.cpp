@@ -44,8 +44,7 @@ bool World<S>::Impl::isUndisturbed(const Island& island, const IslandState& stat
     };
     const auto isKnown = [&](std::uint32_t p) { return !contacts.pairs()[p].isNew; };
     return island.before >= 0 && !island.isDriven && island.pairs.size() == state.pairs &&
-           island.joints.size() == state.joints &&
-           std::all_of(island.bodies.begin(), island.bodies.end(), isStill) &&
+           island.joints.size() == state.joints && std::all_of(island.bodies.begin(), island.bodies.end(), isStill) &&
            std::all_of(island.pairs.begin(), island.pairs.end(), isKnown);
 }
 

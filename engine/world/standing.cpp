@@ -6,16 +6,17 @@
 namespace cairn {
 
 template <class S>
-StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& island, Solver<S>& solver,
+StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& island, std::unique_ptr<Solver<S>> solver,
                                 const SolveRequest& request, S dt, Problem<S> room)
     : bodies_(island.bodies.begin(), island.bodies.end()),
       pairs_(island.pairs.begin(), island.pairs.end()),
       jobs_(newJobSystem(1)),
       island_(island),
       world_(world),
+      solver_(std::move(solver)),
       request_(request),
       problem_(std::move(room)),
-      controller_(world_, island_, problem_, control_, solver, request_, false, infinity<double>()),
+      controller_(world_, island_, problem_, control_, *solver_, request_, false, infinity<double>()),
       work_([this, dt](Pace& pace) {
           solution_ = controller_.solveFromRest(dt, pace, narrow_);
           isAnswered_ = !pace.isGivenUp();
@@ -23,20 +24,6 @@ StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& islan
     island_.bodies = bodies_;
     island_.pairs = pairs_;
     world_.jobs = jobs_.get();
-    double points = 0;
-    for (const std::uint32_t p : pairs_) {
-        points += world.contacts.pairs()[p].pointCount();
-    }
-    slice_ = std::max(freeVisits, visitsOfRow * 3 * points);
-}
-
-template <class S>
-typename StandingStart<S>::State StandingStart<S>::run() {
-    ++slices_;
-    if (work_.run(slice_)) {
-        return isAnswered_ ? State::Solved : State::Unsolved;
-    }
-    return slices_ < mostSlices ? State::GoesOn : State::Unsolved;
 }
 
 template <class S>
@@ -54,6 +41,9 @@ namespace {
 
 // m: what is no farther apart touches.
 constexpr double touching = 1e-4;
+// Pairs of the smallest island whose exact solution may take longer than a step should: of a wall of a hundred bricks
+// it takes 10 ms.
+constexpr std::size_t fewPairs = 300;
 // Steps that sweeps have what was not solved in time.
 constexpr int stepsWithoutAnswer = 16;
 
@@ -65,8 +55,8 @@ bool World<S>::Impl::mayStartStanding(const Island& island, const IslandState& s
         const Body<S>& b = bodies[i];
         return b.v.isZero(S(0)) && b.w.isZero(S(0)) && !b.isPushed() && !b.kind->locked && !b.kind->def.particle;
     };
-    if (!island.isLarge() || island.isDriven || !island.joints.empty() || state.wasSolved ||
-        !std::holds_alternative<AutoDef>(def.solver) || accuracyAsked() || def.accuracy.maxWork > 0 ||
+    if (island.pairs.size() < fewPairs || island.isDriven || !island.joints.empty() || state.wasSolved ||
+        state.stood >= StandingStart<S>::mostSlices ||
         !std::all_of(island.bodies.begin(), island.bodies.end(), isAtRest)) {
         return false;
     }
@@ -89,18 +79,41 @@ bool World<S>::Impl::mayStartStanding(const Island& island, const IslandState& s
 }
 
 template <class S>
-bool World<S>::Impl::startStanding(const Island& island, IslandState& state, Solver<S>& by, const SolveRequest& request,
-                                   S dt) {
-    if (!state.standing) {
-        if (!mayStartStanding(island, state)) {
-            return false;
+void World<S>::Impl::shareStarts(double rows) {
+    const bool isAuto = std::holds_alternative<AutoDef>(def.solver) && !accuracyAsked() && def.accuracy.maxWork == 0;
+    double left = StandingStart<S>::slice(rows);
+    for (std::size_t k = 0; k < islandStates.size(); ++k) {
+        IslandState& state = islandStates[k];
+        state.starts = false;
+        if (!isAuto) {
+            state.standing.reset();
+            continue;
         }
-        state.standing = std::make_unique<StandingStart<S>>(tables(nullptr), island, by, request, dt,
-                                                            std::move(largeProblem_.make()));
+        state.starts = !state.settled && (state.standing || mayStartStanding(islands.awake()[k], state));
+        state.waits = state.starts && left <= 0;
+        left -= state.starts ? StandingStart<S>::slice(loads_[k]) : 0;
+    }
+}
+
+template <class S>
+bool World<S>::Impl::startStanding(std::size_t k, const SolveRequest& request, S dt) {
+    const Island& island = islands.awake()[k];
+    IslandState& state = islandStates[k];
+    if (!state.starts) {
+        return false;
+    }
+    if (state.waits) {
+        standStill(island, state, dt);
+        return true;
+    }
+    if (!state.standing) {
+        state.standing =
+            std::make_unique<StandingStart<S>>(tables(nullptr), island, makeSolver<S>(def.solver, settings()), request,
+                                               dt, island.isLarge() ? std::move(largeProblem_.make()) : Problem<S>());
     }
     StandingStart<S>& start = *state.standing;
     using Progress = typename StandingStart<S>::State;
-    const Progress progress = start.run();
+    const Progress progress = start.run(loads_[k]);
     if (progress == Progress::GoesOn) {
         standStill(island, state, dt);
         return true;
@@ -121,21 +134,24 @@ bool World<S>::Impl::startStanding(const Island& island, IslandState& state, Sol
     addNarrow(start.narrow());
     std::swap(problem.memory, state.memory.make());
     writeBack(problem, state, dt);
-    largeProblem_.make() = std::move(problem);
+    if (island.isLarge()) {
+        largeProblem_.make() = std::move(problem);
+    }
     state.standing.reset();
     return true;
 }
 
 template <class S>
 void World<S>::Impl::standStill(const Island& island, IslandState& state, S dt) {
+    ++state.stood;
     double squared = 0;
     for (const std::uint32_t i : island.bodies) {
         Body<S>& b = bodies[i];
         b.settled = true;
         b.restState = RestState::Still;
         b.beginRest();
-        b.momentumResidual = std::sqrt(b.kind->mass) * dt *
-                             static_cast<S>(std::abs(b.kind->def.gravityScale) * def.gravity.norm());
+        b.momentumResidual =
+            std::sqrt(b.kind->mass) * dt * static_cast<S>(std::abs(b.kind->def.gravityScale) * def.gravity.norm());
         squared += static_cast<double>(b.momentumResidual * b.momentumResidual);
     }
     state.solved = {};

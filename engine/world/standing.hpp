@@ -10,14 +10,27 @@ namespace cairn {
 template <class S>
 class StandingStart {
 public:
-    // Of a step of dt of `island`, as the world is at the first run(). It is solved as closely as what settles. room:
-    // what its problem may be made of.
-    StandingStart(const WorldTables<S>& world, const Island& island, Solver<S>& solver, const SolveRequest& request,
-                  S dt, Problem<S> room);
+    // Steps, for which it may be left standing: two seconds of those of 1/60 s. Walls of forty, sixty and eighty
+    // courses take 28, 50 and 67.
+    static constexpr int mostSlices = 120;
+
+    // Of a step of dt of `island`, as the world is at the first run(). It is solved as closely as what settles, by a
+    // solver of its own: the world's may be set anew meanwhile. room: what its problem may be made of.
+    StandingStart(const WorldTables<S>& world, const Island& island, std::unique_ptr<Solver<S>> solver,
+                  const SolveRequest& request, S dt, Problem<S> room);
 
     enum class State { GoesOn, Solved, Unsolved };
-    // Goes on by one slice. Unsolved: an exact solution is not to be had, or not while it may stand still.
-    State run();
+    // Goes on by a slice of an island of so many rows. Unsolved: an exact solution is not to be had, or not while it
+    // may stand still.
+    State run(double rows) {
+        ++slices_;
+        if (work_.run(slice(rows))) {
+            return isAnswered_ ? State::Solved : State::Unsolved;
+        }
+        return slices_ < mostSlices ? State::GoesOn : State::Unsolved;
+    }
+    // Visits that a slice has: what four sub-steps of sweeps take, or some 15 ms.
+    static double slice(double rows) { return std::max(3e5, 5 * rows); }
 
     // Of what is solved, if nothing has changed of `island` meanwhile: gives its contacts what they carry, and answers
     // with the problem, in which the bodies are where they should be.
@@ -27,22 +40,16 @@ public:
     const NarrowCounts& narrow() const { return narrow_; }
 
 private:
-    // Two thirds of a second in steps of 1/60 s: walls of sixty courses take thirty.
-    static constexpr int mostSlices = 120;
-    // Visits of a row that a slice has, and that any has: what four sub-steps of sweeps take, and some 15 ms.
-    static constexpr double visitsOfRow = 5;
-    static constexpr double freeVisits = 3e5;
-
     std::vector<std::uint32_t> bodies_, pairs_;  // of the island
     std::shared_ptr<JobSystem> jobs_;            // one thread: other loops may run beside it
     Island island_;
     WorldTables<S> world_;
+    std::unique_ptr<Solver<S>> solver_;
     SolveRequest request_;
     Problem<S> problem_;
     ControllerState control_;
     Solution solution_;
     NarrowCounts narrow_;
-    double slice_ = 0;  // visits
     int slices_ = 0;
     bool isAnswered_ = false;
     StepController<S> controller_;

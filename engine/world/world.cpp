@@ -307,9 +307,6 @@ void World<S>::setSolver(const SolverDef& def) {
     changed.solver = def;
     check(changed, "world");
     impl_->def = changed;
-    for (typename Impl::IslandState& state : impl_->islandStates) {
-        state.standing.reset();
-    }
     impl_->solver = makeSolver<S>(def, impl_->settings());
     impl_->levelSolvers = {};
 }

@@ -65,6 +65,9 @@ struct World<S>::Impl {
         bool settled = false;  // in this step
         bool settles = false;  // this step tries to settle it; after it: and has found it at rest
         bool wasSolved = false;
+        int stood = 0;        // steps, since it was put up
+        bool starts = false;  // it stands as it was put up, and its first step is solved over several
+        bool waits = false;   // and other islands do so in this one
         std::unique_ptr<StandingStart<S>> standing;  // its first step, while that is being solved
     };
     std::vector<IslandState> islandStates;  // by awake island
@@ -197,8 +200,9 @@ private:
     // standing.cpp. Whether an island stands as it was put up: at rest, all of it touching, and never solved.
     bool mayStartStanding(const Island& island, const IslandState& state) const;
     // Goes on with the first step of what may take several. False: it is to be solved as any other.
-    bool startStanding(const Island& island, IslandState& state, Solver<S>& by, const SolveRequest& request,
-                       S dt);
+    bool startStanding(std::size_t k, const SolveRequest& request, S dt);
+    // Says which islands start so, and which of those have to wait for others, in a step of so many rows.
+    void shareStarts(double rows);
     // Leaves it where it is, and says what that is worth.
     void standStill(const Island& island, IslandState& state, S dt);
     // Gives the bodies where the problem has led them. A body whose numbers went non-finite stays where it was, at
@@ -265,8 +269,9 @@ private:
     NarrowCounts narrow_;  // of contacts found within the islands of this step
     void addNarrow(const NarrowCounts& counts);
     WorldTables<S> tables(JobSystem* team) {
-        return {bodies, joints, contacts, islands, {def.gravity.template cast<S>(), def.gyroscopic, gyroscopicInertia()},
-                team};
+        return {
+            bodies, joints, contacts, islands, {def.gravity.template cast<S>(), def.gyroscopic, gyroscopicInertia()},
+            team};
     }
     Totals totals_;
     EnergyWatch energyWatch_;

@@ -429,7 +429,7 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     constexpr std::size_t fewBodies = 2;
     const Island& island = islands.awake()[k];
     IslandState& state = islandStates[k];
-    if (startStanding(island, state, by, request, dt)) {
+    if (startStanding(k, request, dt)) {
         return;
     }
     state.wasSolved = true;
@@ -459,6 +459,7 @@ void World<S>::Impl::solveIslands(S dt) {
                          .narrowPhase = def.narrowPhase};
     Solver<S>& by = solverOf(request);
     shareWork(rows);
+    shareStarts(rows);
     narrow_ = {};
     // Threads share a large island, one after the other; then the small ones, in bunches.
     const auto solve = [&](std::size_t k, JobSystem& team) {

@@ -290,6 +290,18 @@ void moveBy(Problem<S>& problem, const ContactNewton<double>& newton, S h) {
     }
 }
 
+// Gives the bodies Newton's velocities, and the constraints its impulses.
+template <class S>
+void takeAnswer(Problem<S>& problem, const ContactNewton<double>& newton, S h) {
+    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+        problem.bodies[i].v = newton.system.v[i].template cast<S>();
+    }
+    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+        problem.rows[i].lambda = static_cast<S>(newton.system.p[i] / static_cast<double>(h));
+    }
+    problem.storeLambda(h);
+}
+
 NewtonReport solve(ContactNewton<double>& newton, const Problem<double>& problem, const NewtonOptions& options,
                    SolveReport& report) {
     const double before = newton.system.work();
@@ -415,13 +427,7 @@ SolveReport Direct<S>::advance(Problem<S>& problem, S h) {
             wide, static_cast<int>(std::clamp<double>(sweeps, Tuning::minFallbackSweeps, Tuning::fallbackSweeps)));
     }
     report.residual = solved.residual;
-    for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
-        problem.bodies[i].v = newton.system.v[i].template cast<S>();
-    }
-    for (std::size_t i = 0; i < problem.rows.size(); ++i) {
-        problem.rows[i].lambda = static_cast<S>(newton.system.p[i] / hWide);
-    }
-    problem.storeLambda(h);
+    takeAnswer(problem, newton, h);
     problem.integrate(h);
     projectErrors(problem, h, report);
     return report;

@@ -216,8 +216,8 @@ private:
     static constexpr double vainDecrease = 0.9;  // the same at its tightest, above which the rows contradict each other
     static constexpr double stepShare = 1e-3;    // of the gradient that conjugate gradients may leave of an iteration
     static constexpr int maxProducts = 1000;     // of an iteration
-    // Visits of a row that take as long as to put it into a factor: into one that is kept but for what has changed, anew,
-    // and for the first time.
+    // Visits of a row that take as long as to put it into a factor: into one that is kept but for what has changed,
+    // anew, and for the first time.
     static constexpr double updatePace = 0.5, assemblyPace = 2, firstPace = 6;
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 

@@ -188,7 +188,10 @@ bool ContactNewton<S>::factorise(const Problem<S>& problem, const std::vector<S>
 
 template <class S>
 bool ContactNewton<S>::factoriseWeighed(const Problem<S>& problem, bool isUpdate, NewtonReport& report) {
-    problem.spend((isUpdate ? updatePace : factored_ ? assemblyPace : firstPace) * static_cast<double>(problem.rows.size()));
+    problem.spend((isUpdate    ? updatePace
+                   : factored_ ? assemblyPace
+                               : firstPace) *
+                  static_cast<double>(problem.rows.size()));
     assemble(problem, isUpdate);
     ++report.factorisations;
     system.blockProducts += linearSolver_ == LinearSolver::Factor ? factor_.work() : 0;

@@ -1,0 +1,270 @@
+// What stands as it was put up and is too large to be solved in one step is left standing until it is.
+#include "tests/engine/engine_kit.hpp"
+#include "tests/engine/sixtieth.hpp"
+
+#include <gtest/gtest.h>
+
+namespace cairn {
+namespace {
+
+// Courses of bricks in running bond on a floor, awake for ever. tilt: rad, of gravity, along the wall.
+template <class S>
+struct Wall {
+    World<S> world;
+    BodyId floor;
+    std::vector<BodyId> bricks;
+    std::vector<Vec3d> places;
+
+    Wall(int courses, int length, int threads = 1, double tilt = 0, const Vec3d& at = Vec3d::Zero(),
+         const AccuracyDef& accuracy = {})
+        : world({.gravity = standardGravity * Vec3d(std::sin(tilt), -std::cos(tilt), 0),
+                 .accuracy = accuracy,
+                 .sleep = {.enabled = false},
+                 .threads = threads}) {
+        floor = world.add({.type = BodyType::Static, .shapes = {box({500, 1, 500})}, .position = {0, -1, 0}});
+        build(courses, length, at);
+    }
+    void build(int courses, int length, const Vec3d& at) {
+        for (int course = 0; course < courses; ++course) {
+            for (int i = 0; i < length; ++i) {
+                places.push_back(at + Vec3d(i + 0.5 * (course % 2), 0.25 + 0.5 * course, 0));
+                bricks.push_back(world.add({.shapes = {box({0.5, 0.25, 0.25})}, .position = places.back(), .mass = 2}));
+            }
+        }
+    }
+    // Of the islands of the last step, those that are left standing.
+    int standing() const {
+        const auto& islands = world.report().islands;
+        return static_cast<int>(std::count_if(islands.begin(), islands.end(), [](const IslandReport& island) {
+            return island.reason == PlanReason::Standing;
+        }));
+    }
+    // Steps until none is, that one included.
+    int stepUntilSolved(int most = 130) {
+        int steps = 1;
+        for (world.step(S(dt)); standing() > 0 && steps < most; world.step(S(dt))) {
+            ++steps;
+        }
+        return steps;
+    }
+    double moved() const {
+        double most = 0;
+        for (std::size_t i = 0; i < bricks.size(); ++i) {
+            most = std::max(most, (world.pose(bricks[i]).position.template cast<double>() - places[i]).norm());
+        }
+        return most;
+    }
+    // N, of the floor on all bricks.
+    double onFloor() const {
+        double sum = 0;
+        for (const ContactView& contact : world.contacts()) {
+            sum += contact.a == floor || contact.b == floor ? contact.normalForce : 0;
+        }
+        return sum;
+    }
+    double weight() const { return 2 * standardGravity * static_cast<double>(bricks.size()); }
+};
+
+TEST(Standing, IsSolvedOverSeveralStepsAndThenSettled) {
+    Wall<double> wall(20, 20);
+    const StepReport& first = wall.world.step(dt);
+    EXPECT_EQ(wall.standing(), 1);
+    EXPECT_EQ(first.counts.truncated, 1);
+    EXPECT_EQ(first.counts.directIslands + first.counts.sweptIslands, 0);
+    EXPECT_NE(first.summary().find("truncated"), std::string::npos);
+    // What gravity would have given them, sqrt(J).
+    expectClose("residual", first.error.residualMomentum,
+                std::sqrt(2.0 * static_cast<double>(wall.bricks.size())) * standardGravity * dt, 1e-12);
+    EXPECT_EQ(wall.moved(), 0);
+    const int steps = 1 + wall.stepUntilSolved();
+    EXPECT_GE(steps, 3);
+    EXPECT_LE(steps, 8);
+    EXPECT_EQ(wall.world.report().counts.directIslands, 1);
+    EXPECT_TRUE(wall.world.report().ok());
+    expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+    const StepReport& next = wall.world.step(dt);
+    EXPECT_EQ(next.counts.settledIslands, 1);
+    expectBelow("m moved", wall.moved(), 1e-9);
+}
+
+TEST(Standing, TakesTheMoreStepsTheLargerItIs) {
+    EXPECT_EQ(Wall<double>(8, 10).stepUntilSolved(), 1);
+    const int small = Wall<double>(16, 16).stepUntilSolved();
+    const int large = Wall<double>(32, 32).stepUntilSolved();
+    EXPECT_GT(small, 1);
+    EXPECT_GT(large, small);
+    EXPECT_LT(large, 40);
+}
+
+TEST(Standing, IsTheSameForAnyNumberOfThreads) {
+    const auto after = [](int threads) {
+        Wall<double> wall(22, 22, threads);
+        wall.build(14, 14, Vec3d(0, 0, 10));
+        const int steps = wall.stepUntilSolved();
+        std::vector<Vec3d> poses;
+        for (const BodyId brick : wall.bricks) {
+            poses.push_back(wall.world.pose(brick).position);
+        }
+        return std::pair(steps, poses);
+    };
+    const auto one = after(1);
+    EXPECT_GT(one.first, 2);
+    EXPECT_EQ(one, after(1));
+    EXPECT_EQ(one, after(2));
+    EXPECT_EQ(one, after(4));
+}
+
+TEST(Standing, WorksInFloatToo) {
+    Wall<float> wall(20, 20);
+    EXPECT_GT(wall.stepUntilSolved(), 1);
+    expectClose("N on the floor", wall.onFloor(), wall.weight(), 2e-5 * wall.weight());
+    wall.world.step(float(dt));
+    expectBelow("m moved", wall.moved(), 2e-6);
+}
+
+TEST(Standing, StructuresShareWhatAStepMayTake) {
+    Wall<double> wall(20, 20);
+    for (int i = 1; i < 4; ++i) {
+        wall.build(20, 20, Vec3d(0, 0, 10 * i));
+    }
+    wall.world.step(dt);
+    EXPECT_EQ(wall.standing(), 4);
+    const int one = Wall<double>(20, 20).stepUntilSolved();
+    const int all = 1 + wall.stepUntilSolved();
+    EXPECT_GT(all, 2 * one);
+    EXPECT_LE(all, 4 * one);
+    expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+}
+
+// Friction of .6 holds up to 31 degrees.
+TEST(Standing, WhatDoesNotStandFallsOnceItIsKnown) {
+    const double tilt = 40 * pi / 180;
+    Wall<double> wall(14, 14, 1, tilt);
+    const int steps = wall.stepUntilSolved();
+    EXPECT_GT(steps, 1);
+    EXPECT_LT(steps, 60);
+    for (int k = 0; k < 6; ++k) {
+        wall.world.step(dt);
+    }
+    Vec3d mean = Vec3d::Zero();
+    for (const BodyId brick : wall.bricks) {
+        mean += wall.world.linearVelocity(brick) / static_cast<double>(wall.bricks.size());
+    }
+    // Seven steps down the slope, against friction on the floor, which bears what does not fall.
+    const double given = 7 * dt * standardGravity;
+    const double borne = given * std::cos(tilt) + mean.y();
+    expectClose("m/s of all together", mean.x(), given * std::sin(tilt) - 0.6 * borne, 0.023);
+}
+
+TEST(Standing, WhatIsAskedForOrMovesIsSolvedAtOnce) {
+    EXPECT_EQ(Wall<double>(20, 20, 1, 0, Vec3d::Zero(), {.position = 1e-4}).stepUntilSolved(), 1);
+    EXPECT_EQ(Wall<double>(20, 20, 1, 0, Vec3d(0, 0.005, 0)).stepUntilSolved(), 1) << "above the floor";
+    Wall<double> pushed(20, 20);
+    pushed.world.setVelocity(pushed.bricks.back(), Vec3d(0, 0, 0.1), Vec3d::Zero());
+    EXPECT_EQ(pushed.stepUntilSolved(), 1);
+}
+
+// disturb() is called while the wall is left standing.
+template <class Disturb>
+void whileStanding(const Disturb& disturb) {
+    Wall<double> wall(20, 20);
+    for (int k = 0; k < 2; ++k) {
+        wall.world.step(dt);
+        ASSERT_EQ(wall.standing(), 1);
+    }
+    disturb(wall);
+}
+
+TEST(Standing, IsSolvedAsAnyOnceItIsTouched) {
+    whileStanding([](Wall<double>& wall) {
+        wall.world.add({.shapes = {sphere(0.25)}, .position = {10, 5, -1}, .linearVelocity = {0, 0, 20}, .mass = 1});
+        for (int k = 0; k < 5; ++k) {
+            wall.world.step(dt);
+        }
+        EXPECT_EQ(wall.standing(), 0);
+        EXPECT_GT(wall.moved(), 0.01);
+        EXPECT_LT(wall.moved(), 2);
+    });
+}
+
+TEST(Standing, BeginsAnewWithWhatIsTakenAwayOrAdded) {
+    whileStanding([](Wall<double>& wall) {
+        wall.world.remove(wall.bricks.back());
+        wall.bricks.pop_back();
+        wall.places.pop_back();
+        EXPECT_GT(wall.stepUntilSolved(), 2);
+        expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+        wall.world.step(dt);
+        expectBelow("m moved", wall.moved(), 1e-9);
+    });
+    whileStanding([](Wall<double>& wall) {
+        wall.places.emplace_back(10, 10.25, 0);
+        wall.bricks.push_back(
+            wall.world.add({.shapes = {box({0.5, 0.25, 0.25})}, .position = wall.places.back(), .mass = 2}));
+        EXPECT_GT(wall.stepUntilSolved(), 2);
+        expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+    });
+}
+
+TEST(Standing, KnowsWhatTheGameSetsMeanwhile) {
+    whileStanding([](Wall<double>& wall) {
+        wall.world.setSolver(GaussSeidelDef{});
+        wall.world.step(dt);
+        EXPECT_EQ(wall.standing(), 0);
+        EXPECT_EQ(wall.world.report().counts.sweptIslands, 1);
+    });
+    whileStanding([](Wall<double>& wall) {
+        wall.world.setAccuracy({.position = 1e-4});
+        wall.world.step(dt);
+        EXPECT_EQ(wall.standing(), 0);
+        EXPECT_EQ(wall.world.report().counts.directIslands, 1);
+    });
+    whileStanding([](Wall<double>& wall) {
+        wall.world.applyForce(wall.bricks.back(), Vec3d(0, 100, 0));
+        wall.world.step(dt);
+        EXPECT_EQ(wall.standing(), 0);
+        EXPECT_GT(wall.world.linearVelocity(wall.bricks.back()).y(), 0.1);
+    });
+    whileStanding([](Wall<double>& wall) {
+        wall.world.step(dt / 2);
+        EXPECT_GT(wall.stepUntilSolved(), 2) << "another dt is another problem";
+        expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+    });
+    whileStanding([](Wall<double>& wall) {
+        wall.world.setSolver(AutoDef{});
+        EXPECT_LE(wall.stepUntilSolved(), 6) << "the same solver goes on";
+        const Worldd moved = std::move(wall.world);
+        EXPECT_EQ(moved.report().counts.directIslands, 1);
+    });
+}
+
+// Neither a world that ends nor one that goes elsewhere leaves anything behind: what memory checkers look at.
+TEST(Standing, MayBeLeftInTheMiddle) {
+    whileStanding([](Wall<double>& wall) {
+        Worldd moved = std::move(wall.world);
+        moved.step(dt);
+        EXPECT_EQ(moved.report().islands.front().reason, PlanReason::Standing);
+    });
+}
+
+TEST(Standing, NeverFallsAsleepUnsolved) {
+    WorldDef def{.sleep = {.time = 0.02}};
+    Worldd world(def);
+    addFloor(world);
+    std::vector<BodyId> bricks;
+    for (int course = 0; course < 20; ++course) {
+        for (int i = 0; i < 20; ++i) {
+            bricks.push_back(world.add({.shapes = {box({0.5, 0.25, 0.25})},
+                                        .position = Vec3d(i + 0.5 * (course % 2), 0.25 + 0.5 * course, 0)}));
+        }
+    }
+    world.step(dt);
+    for (int k = 0; world.report().islands.front().reason == PlanReason::Standing && k < 100; ++k) {
+        EXPECT_TRUE(world.awake(bricks.front()));
+        world.step(dt);
+    }
+    EXPECT_EQ(world.report().counts.directIslands, 1);
+}
+
+}  // namespace
+}  // namespace cairn
