@@ -69,6 +69,7 @@ struct StepPlan {
     bool goesFar = false;       // heaps: in many short sub-steps (solve/velocity/heap_sweeps.cpp)
     bool rests = false;         // auto: nothing in it moves
     bool settles = false;       // it may be at rest: solved as closely as serves on
+    bool calms = false;         // and what sways is taken to be so
     bool wasSwept = false;      // auto: sweeps have had it before, and it has no joints
     bool gapes = false;         // auto: SolveReport::gapes, from the start
     bool mayBeRefused = true;   // a sub-step of it, for a shorter one

@@ -28,8 +28,6 @@ constexpr double worthAJolt = 0.01;
 constexpr int longestBackoff = 128;
 // Times the planned sub-steps, what is tried to find an answer that is finite.
 constexpr double worthOfFinite = 16;
-// Visits of a row that take as long as to gather it for the first time, and to plan.
-constexpr double paceOfGathering = 2.5;
 // Of the energy in play, what a sub-step that nothing guards may make of nothing before it is taken out again: bodies
 // born in each other, thin rods that turn by radians a sub-step.
 constexpr double explosion = 0.1;
@@ -70,7 +68,7 @@ bool isSound(Guard guard, const SolveReport& report) {
 template <class S>
 StepPlan StepController<S>::plan(S dt) {
     state_.directWork *= forgetting;
-    StepPlan plan = solver_.plan(problem_, state_, dt);
+    StepPlan plan = calms_ ? planOfCalm() : solver_.plan(problem_, state_, dt);
     plan.settles = settles_;
     state_.wasResting = plan.rests;
     state_.sweepSteps = std::max(0, state_.sweepSteps - 1);
@@ -362,33 +360,6 @@ void StepController<S>::calmDown(double over) {
 }
 
 template <class S>
-bool StepController<S>::solveAtRest(S dt, Solution& solution, NarrowCounts& narrow) {
-    const Checkpoint<S> start(problem_);
-    const ControllerState before = state_;
-    const bool wasAtRest = std::all_of(problem_.bodies.begin(), problem_.bodies.end(),
-                                       [](const SolverBody<S>& body) { return body.v.isZero(S(0)); });
-    for (SolverBody<S>& body : problem_.bodies) {
-        body.v.setZero();
-        body.vBefore.setZero();
-    }
-    solveSubdivided(dt, 1, solution, narrow);
-    const auto isStill = [&](const SolverBody<S>& s) {
-        return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= settledChange<S>;
-    };
-    // What was begun anew without settles_ found no answer.
-    solution.settles =
-        settles_ && !(solution.error.over > 1) && std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isStill);
-    // Of what was at rest any answer is that of the step.
-    if (solution.settles || wasAtRest) {
-        return true;
-    }
-    start.restore(problem_);
-    state_ = before;
-    settles_ = false;
-    return false;
-}
-
-template <class S>
 Solution StepController<S>::solve(S dt, NarrowCounts& narrow) {
     if (!settles_ && !island_.pairs.empty()) {
         foreseeContacts<S>(world_.contacts, island_.pairs, world_.bodies, dt, request_.narrowPhase, *world_.jobs,
@@ -430,27 +401,6 @@ Solution StepController<S>::solve(S dt, NarrowCounts& narrow) {
         state_.calmSteps = 0;
     }
     calmDown(solution.error.over);
-    return solution;
-}
-
-template <class S>
-Solution StepController<S>::solveFromRest(S dt, Pace& pace, NarrowCounts& narrow) {
-    problem_.pace = &pace;
-    gatherer_.gather();
-    problem_.spend(paceOfGathering * problem_.expectedRows());
-    const std::vector<SolverBody<S>> start = problem_.bodies;
-    Solution solution;
-    solveSubdivided(dt, 1, solution, narrow);
-    const auto isSlow = [&](const SolverBody<S>& s) {
-        return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= static_cast<S>(slowSpeed);
-    };
-    if (!problem_.isGivenUp() && !solution.report.unconverged &&
-        std::all_of(problem_.bodies.begin(), problem_.bodies.end(), isSlow)) {
-        problem_.bodies = start;
-        settles_ = true;
-        solveAtRest(dt, solution, narrow);
-    }
-    problem_.pace = nullptr;
     return solution;
 }
 

@@ -67,12 +67,19 @@ public:
     // The first part for what is at rest, exactly and at the pace given; as closely as what settles, if it stands.
     // Where there is no exact solution it gives up.
     Solution solveFromRest(S dt, Pace& pace, NarrowCounts& narrow);
+    // The same for what sways and should not: as if it were at rest, with contacts that gape by a millimetre taken as
+    // shut. What that does not hold is given up, too.
+    Solution solveCalm(S dt, Pace& pace, NarrowCounts& narrow);
     void handBack() { gatherer_.handBack(); }
 
 private:
     // Solves the step as of bodies at rest. False: they were not, and it does not hold them; nothing has changed, but
     // for what it cost.
     bool solveAtRest(S dt, Solution& solution, NarrowCounts& narrow);
+    bool isSlower(S speed) const;  // m/s, of any point of any body in the problem
+    // Gathers what is solved at a pace.
+    void beginAt(Pace& pace);
+    StepPlan planOfCalm() const;
     void solveSubdivided(S dt, int subdivisions, Solution& solution, NarrowCounts& narrow);
     // How far the sub-steps of a subdivision have come.
     struct Course {
@@ -124,6 +131,7 @@ private:
     Solver<S>& solver_;
     const SolveRequest& request_;
     bool settles_;
+    bool calms_ = false;
     double maxWork_;
     Gatherer<S> gatherer_;
 };

@@ -56,23 +56,11 @@ bool World<S>::Impl::isSettled(const Island& island, const IslandState& state) c
 }
 
 template <class S>
-bool World<S>::Impl::maySettle(const Island& island, const IslandState& state, S dt) const {
-    const SolveReport& last = state.solved.report;
-    const auto isSlow = [&](std::uint32_t i) {
-        return bodies[i].restState != RestState::Moving && !bodies[i].kind->locked && !bodies[i].kind->def.particle;
-    };
-    if (island.before < 0 || island.isDriven || !island.joints.empty() || last.directSolves == 0 ||
-        last.sweptSolves > 0 || last.unconverged || last.truncated ||
-        !std::all_of(island.bodies.begin(), island.bodies.end(), isSlow)) {
-        return false;
-    }
+bool World<S>::Impl::isStoppedByFriction(const Island& island, S speed, S time) const {
     static thread_local std::vector<S> friction;  // N, that each body has at most
     friction.assign(island.bodies.size(), S(0));
     for (const std::uint32_t p : island.pairs) {
         const PairContacts<S>& pair = contacts.pairs()[p];
-        if (pair.isNew) {
-            return false;
-        }
         for (const ContactManifold<S>& manifold : pair.manifolds) {
             if (manifold.isRound) {
                 return false;
@@ -89,12 +77,27 @@ bool World<S>::Impl::maySettle(const Island& island, const IslandState& state, S
         }
     }
     for (std::size_t i = 0; i < friction.size(); ++i) {
-        const Body<S>& b = bodies[island.bodies[i]];
-        if (!(dt * friction[i] > b.kind->mass * static_cast<S>(slowSpeed))) {
+        if (!(time * friction[i] > bodies[island.bodies[i]].kind->mass * speed)) {
             return false;
         }
     }
     return true;
+}
+
+template <class S>
+bool World<S>::Impl::maySettle(const Island& island, const IslandState& state, S dt) const {
+    const SolveReport& last = state.solved.report;
+    const auto isSlow = [&](std::uint32_t i) {
+        return bodies[i].restState != RestState::Moving && !bodies[i].kind->locked && !bodies[i].kind->def.particle;
+    };
+    if (island.before < 0 || island.isDriven || !island.joints.empty() || last.directSolves == 0 ||
+        last.sweptSolves > 0 || last.unconverged || last.truncated ||
+        !std::all_of(island.bodies.begin(), island.bodies.end(), isSlow)) {
+        return false;
+    }
+    const auto isKnown = [&](std::uint32_t p) { return !contacts.pairs()[p].isNew; };
+    return std::all_of(island.pairs.begin(), island.pairs.end(), isKnown) &&
+           isStoppedByFriction(island, static_cast<S>(slowSpeed), dt);
 }
 
 template <class S>
@@ -148,8 +151,8 @@ void World<S>::Impl::recallIslands(S dt) {
             return;
         }
         state.settledSteps = 0;
-        if (state.standing && !(sameRules && isUndisturbed(island, state))) {
-            state.standing.reset();
+        if (state.standing.solution && !(sameRules && isUndisturbed(island, state))) {
+            state.standing.solution.reset();
         }
         if (sameRules && maySettle(island, state, dt)) {
             ControllerState& control = state.control;

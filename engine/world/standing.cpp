@@ -6,8 +6,9 @@
 namespace cairn {
 
 template <class S>
-StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& island, std::unique_ptr<Solver<S>> solver,
-                                const SolveRequest& request, S dt, Problem<S> room)
+StandingSolution<S>::StandingSolution(const WorldTables<S>& world, const Island& island, const ControllerState& control,
+                                      std::unique_ptr<Solver<S>> solver, const SolveRequest& request, StandsAs as, S dt,
+                                      Problem<S> room)
     : bodies_(island.bodies.begin(), island.bodies.end()),
       pairs_(island.pairs.begin(), island.pairs.end()),
       jobs_(newJobSystem(1)),
@@ -15,10 +16,13 @@ StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& islan
       world_(world),
       solver_(std::move(solver)),
       request_(request),
+      as_(as),
       problem_(std::move(room)),
+      control_(control),
       controller_(world_, island_, problem_, control_, *solver_, request_, false, infinity<double>()),
       work_([this, dt](Pace& pace) {
-          solution_ = controller_.solveFromRest(dt, pace, narrow_);
+          solution_ = as_ == StandsAs::PutUp ? controller_.solveFromRest(dt, pace, narrow_)
+                                             : controller_.solveCalm(dt, pace, narrow_);
           isAnswered_ = !pace.isGivenUp();
       }) {
     island_.bodies = bodies_;
@@ -27,7 +31,7 @@ StandingStart<S>::StandingStart(const WorldTables<S>& world, const Island& islan
 }
 
 template <class S>
-Problem<S>& StandingStart<S>::handBack(const Island& island) {
+Problem<S>& StandingSolution<S>::handBack(const Island& island) {
     // Pairs keep their order, but not their places.
     for (ProblemContact<S>& contact : problem_.contacts) {
         const auto was = std::lower_bound(pairs_.begin(), pairs_.end(), contact.pair);
@@ -46,17 +50,22 @@ constexpr double touching = 1e-4;
 constexpr std::size_t fewPairs = 300;
 // Steps that sweeps have what was not solved in time.
 constexpr int stepsWithoutAnswer = 16;
+// m/s, of any point, that a heap sways by at most; s, that friction alone would stop it in; and how long it has swayed
+// so before it is tried: what friction has not stopped by then is the solver's own doing. After each try twice as long.
+constexpr double swayingSpeed = 0.2;
+constexpr double stopTime = 0.1;
+constexpr float longestSwaying = 8;
 
 }  // namespace
 
 template <class S>
-bool World<S>::Impl::mayStartStanding(const Island& island, const IslandState& state) const {
+bool World<S>::Impl::standsAsPutUp(const Island& island, const IslandState& state) const {
     const auto isAtRest = [&](std::uint32_t i) {
         const Body<S>& b = bodies[i];
         return b.v.isZero(S(0)) && b.w.isZero(S(0)) && !b.isPushed() && !b.kind->locked && !b.kind->def.particle;
     };
-    if (island.pairs.size() < fewPairs || island.isDriven || !island.joints.empty() || state.wasSolved ||
-        state.stood >= StandingStart<S>::mostSlices ||
+    if (state.standing.wasSolved || state.standing.steps >= StandingSolution<S>::mostSlices ||
+        island.pairs.size() < fewPairs || island.isDriven || !island.joints.empty() ||
         !std::all_of(island.bodies.begin(), island.bodies.end(), isAtRest)) {
         return false;
     }
@@ -64,12 +73,12 @@ bool World<S>::Impl::mayStartStanding(const Island& island, const IslandState& s
     for (const std::uint32_t p : island.pairs) {
         const PairContacts<S>& pair = contacts.pairs()[p];
         for (const ContactManifold<S>& manifold : pair.manifolds) {
-            const auto isClose = [](const ContactPointState<S>& point) {
-                return point.separation <= static_cast<S>(touching);
-            };
             const auto points = manifold.inForce();
+            const bool isClose = std::any_of(points.begin(), points.end(), [](const ContactPointState<S>& point) {
+                return point.separation <= static_cast<S>(touching);
+            });
             for (const std::uint32_t body : {pair.pair.a, pair.pair.b}) {
-                if (bodies[body].isDynamic() && std::any_of(points.begin(), points.end(), isClose)) {
+                if (isClose && bodies[body].isDynamic()) {
                     touches[static_cast<std::size_t>(islands.placeOf(body))] = 1;
                 }
             }
@@ -79,79 +88,136 @@ bool World<S>::Impl::mayStartStanding(const Island& island, const IslandState& s
 }
 
 template <class S>
-void World<S>::Impl::shareStarts(double rows) {
+bool World<S>::Impl::sways(const Island& island, const IslandState& state) const {
+    const SolveReport& last = state.solved.report;
+    const auto isSlow = [&](std::uint32_t i) {
+        const Body<S>& b = bodies[i];
+        Vec6<S> twist;
+        twist << b.v, b.w;
+        return !b.isPushed() && !b.kind->locked && !b.kind->def.particle &&
+               b.kind->speedOfPoints(twist) <= static_cast<S>(swayingSpeed);
+    };
+    return island.before >= 0 && state.standing.wasSolved && (last.sweptSolves > 0 || last.gapes) && !island.isDriven &&
+           island.joints.empty() && std::all_of(island.bodies.begin(), island.bodies.end(), isSlow);
+}
+
+template <class S>
+bool World<S>::Impl::hasSwayedLong(const Island& island, IslandState& state, S dt) const {
+    Standing& standing = state.standing;
+    if (!sways(island, state)) {
+        standing.swayed = 0;
+        standing.tryAfter = Standing().tryAfter;
+        return false;
+    }
+    standing.swayed += static_cast<float>(dt);
+    if (standing.swayed < standing.tryAfter ||
+        !isStoppedByFriction(island, static_cast<S>(swayingSpeed), static_cast<S>(stopTime))) {
+        return false;
+    }
+    standing.swayed = 0;
+    standing.tryAfter = std::min(2 * standing.tryAfter, longestSwaying);
+    return true;
+}
+
+template <class S>
+void World<S>::Impl::shareStanding(double rows, S dt) {
     const bool isAuto = std::holds_alternative<AutoDef>(def.solver) && !accuracyAsked() && def.accuracy.maxWork == 0;
-    double left = StandingStart<S>::slice(rows);
+    double left = StandingSolution<S>::slice(rows);
     for (std::size_t k = 0; k < islandStates.size(); ++k) {
+        const Island& island = islands.awake()[k];
         IslandState& state = islandStates[k];
-        state.starts = false;
+        Standing& standing = state.standing;
+        standing.stands = false;
         if (!isAuto) {
-            state.standing.reset();
+            standing.solution.reset();
+        }
+        if (!isAuto || state.settled) {
             continue;
         }
-        state.starts = !state.settled && (state.standing || mayStartStanding(islands.awake()[k], state));
-        state.waits = state.starts && left <= 0;
-        left -= state.starts ? StandingStart<S>::slice(loads_[k]) : 0;
+        if (standing.solution) {
+            standing.stands = true;
+        } else if (standsAsPutUp(island, state)) {
+            standing.stands = true;
+            standing.as = StandsAs::PutUp;
+        } else if (left > 0 && hasSwayedLong(island, state, dt)) {
+            standing.stands = true;
+            standing.as = StandsAs::Calm;
+        }
+        standing.waits = standing.stands && left <= 0;
+        left -= standing.stands ? StandingSolution<S>::slice(loads_[k]) : 0;
     }
 }
 
 template <class S>
-bool World<S>::Impl::startStanding(std::size_t k, const SolveRequest& request, S dt) {
+bool World<S>::Impl::solveStanding(std::size_t k, const SolveRequest& request, S dt) {
     const Island& island = islands.awake()[k];
     IslandState& state = islandStates[k];
-    if (!state.starts) {
+    Standing& standing = state.standing;
+    if (!standing.stands) {
         return false;
     }
-    if (state.waits) {
+    if (standing.waits) {
         standStill(island, state, dt);
         return true;
     }
-    if (!state.standing) {
-        state.standing =
-            std::make_unique<StandingStart<S>>(tables(nullptr), island, makeSolver<S>(def.solver, settings()), request,
-                                               dt, island.isLarge() ? std::move(largeProblem_.make()) : Problem<S>());
+    if (!standing.solution) {
+        standing.solution = std::make_unique<StandingSolution<S>>(
+            tables(nullptr), island, state.control, makeSolver<S>(def.solver, settings()), request, standing.as, dt,
+            island.isLarge() ? std::move(largeProblem_.make()) : Problem<S>());
     }
-    StandingStart<S>& start = *state.standing;
-    using Progress = typename StandingStart<S>::State;
-    const Progress progress = start.run(loads_[k]);
+    using Progress = typename StandingSolution<S>::State;
+    const Progress progress = standing.solution->run(loads_[k]);
     if (progress == Progress::GoesOn) {
         standStill(island, state, dt);
         return true;
     }
     if (progress == Progress::Unsolved) {
-        state.standing.reset();
-        ControllerState& control = state.control;
-        control.failedAtRest = true;
-        control.backoff = control.sweepSteps = stepsWithoutAnswer;
+        standing.solution.reset();
+        if (standing.as == StandsAs::PutUp) {
+            state.control.failedAtRest = true;
+            state.control.backoff = state.control.sweepSteps = stepsWithoutAnswer;
+        }
         return false;
     }
-    Problem<S>& problem = start.handBack(island);
-    state.solved = start.solution();
-    state.control = start.control();
+    takeStanding(island, state, dt);
+    return true;
+}
+
+template <class S>
+void World<S>::Impl::takeStanding(const Island& island, IslandState& state, S dt) {
+    Standing& standing = state.standing;
+    StandingSolution<S>& solved = *standing.solution;
+    Problem<S>& problem = solved.handBack(island);
+    state.solved = solved.solution();
+    state.control = solved.control();
     state.control.work = state.solved.report.work;
-    state.settles = state.solved.settles;
-    state.wasSolved = true;
-    addNarrow(start.narrow());
+    // What it took out of what swayed counts as what settles.
+    state.settles = state.solved.settles || standing.as == StandsAs::Calm;
+    // Where bodies were moved to where they touch, contacts are others now, and it is tried once more.
+    standing.swayed = standing.tryAfter < longestSwaying ? standing.tryAfter : 0;
+    standing.wasSolved = true;
+    addNarrow(solved.narrow());
     std::swap(problem.memory, state.memory.make());
     writeBack(problem, state, dt);
     if (island.isLarge()) {
         largeProblem_.make() = std::move(problem);
     }
-    state.standing.reset();
-    return true;
+    standing.solution.reset();
 }
 
 template <class S>
 void World<S>::Impl::standStill(const Island& island, IslandState& state, S dt) {
-    ++state.stood;
+    ++state.standing.steps;
+    const bool isPutUp = state.standing.as == StandsAs::PutUp;
     double squared = 0;
     for (const std::uint32_t i : island.bodies) {
         Body<S>& b = bodies[i];
         b.settled = true;
         b.restState = RestState::Still;
         b.beginRest();
-        b.momentumResidual =
-            std::sqrt(b.kind->mass) * dt * static_cast<S>(std::abs(b.kind->def.gravityScale) * def.gravity.norm());
+        const S lost =
+            isPutUp ? dt * static_cast<S>(std::abs(b.kind->def.gravityScale) * def.gravity.norm()) : b.v.norm();
+        b.momentumResidual = std::sqrt(b.kind->mass) * lost;
         squared += static_cast<double>(b.momentumResidual * b.momentumResidual);
     }
     state.solved = {};
@@ -162,7 +228,7 @@ void World<S>::Impl::standStill(const Island& island, IslandState& state, S dt) 
 
 template struct World<float>::Impl;
 template struct World<double>::Impl;
-template class StandingStart<float>;
-template class StandingStart<double>;
+template class StandingSolution<float>;
+template class StandingSolution<double>;
 
 }  // namespace cairn

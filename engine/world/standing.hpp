@@ -1,27 +1,33 @@
 #pragma once
-// The first step of what stands as it was put up, where its exact solution would take longer than a step may: solved
-// over several steps, in which the island is left where it is. If it stands that is no error at all; if it does not, it
-// begins to fall so many steps later.
+// An island solved as standing still, over several steps where its exact solution would take longer than a step may;
+// meanwhile it is left where it is. Two are:
+//   - what stands as it was put up, never solved yet. If it stands, to leave it is no error at all; if it does not, it
+//     begins to fall so many steps later;
+//   - heaps that only sway on the springs of sweeps. If what holds them at rest is found, they rest; if not, they go on
+//     as before.
 #include "base/sliced_work.hpp"
 #include "engine/solve/step_controller.hpp"
 
 namespace cairn {
 
+enum class StandsAs : std::uint8_t { PutUp, Calm };
+
 template <class S>
-class StandingStart {
+class StandingSolution {
 public:
-    // Steps, for which it may be left standing: two seconds of those of 1/60 s. Walls of forty, sixty and eighty
-    // courses take 28, 50 and 67.
+    // Steps, for which what was put up may be left standing: two seconds of those of 1/60 s. Walls of forty, sixty and
+    // eighty courses take 28, 50 and 67.
     static constexpr int mostSlices = 120;
 
-    // Of a step of dt of `island`, as the world is at the first run(). It is solved as closely as what settles, by a
-    // solver of its own: the world's may be set anew meanwhile. room: what its problem may be made of.
-    StandingStart(const WorldTables<S>& world, const Island& island, std::unique_ptr<Solver<S>> solver,
-                  const SolveRequest& request, S dt, Problem<S> room);
+    // Of a step of dt of `island`, as the world is at the first run(), as closely as what settles; by a solver of its
+    // own: the world's may be set anew meanwhile. room: what its problem may be made of.
+    StandingSolution(const WorldTables<S>& world, const Island& island, const ControllerState& control,
+                     std::unique_ptr<Solver<S>> solver, const SolveRequest& request, StandsAs as, S dt,
+                     Problem<S> room);
 
     enum class State { GoesOn, Solved, Unsolved };
-    // Goes on by a slice of an island of so many rows. Unsolved: an exact solution is not to be had, or not while it
-    // may stand still.
+    // Goes on by a slice of an island of so many rows. Unsolved: an exact solution is not to be had, or not while it may
+    // stand still.
     State run(double rows) {
         ++slices_;
         if (work_.run(slice(rows))) {
@@ -35,6 +41,7 @@ public:
     // Of what is solved, if nothing has changed of `island` meanwhile: gives its contacts what they carry, and answers
     // with the problem, in which the bodies are where they should be.
     Problem<S>& handBack(const Island& island);
+    StandsAs as() const { return as_; }
     const Solution& solution() const { return solution_; }
     const ControllerState& control() const { return control_; }
     const NarrowCounts& narrow() const { return narrow_; }
@@ -46,6 +53,7 @@ private:
     WorldTables<S> world_;
     std::unique_ptr<Solver<S>> solver_;
     SolveRequest request_;
+    StandsAs as_;
     Problem<S> problem_;
     ControllerState control_;
     Solution solution_;

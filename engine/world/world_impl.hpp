@@ -53,6 +53,17 @@ struct World<S>::Impl {
     // Steps for which solvers may keep what they took for an island that is settled: of a thousand boxes in a heap that
     // is eight megabytes of rows and five of factors.
     static constexpr int forgetAfter = 60;
+    // Of an island that is, or may be, solved as standing still over several steps (standing.hpp).
+    struct Standing {
+        std::unique_ptr<StandingSolution<S>> solution;  // while it is being found
+        int steps = 0;                                  // that it has stood so
+        float swayed = 0;                               // s, that it has done nothing else
+        float tryAfter = 0.5F;                          // s
+        StandsAs as = StandsAs::PutUp;
+        bool wasSolved = false;
+        bool stands = false;  // in this step
+        bool waits = false;   // and others are solved first
+    };
     // What is kept of an island from step to step.
     struct IslandState {
         ControllerState control;
@@ -64,11 +75,7 @@ struct World<S>::Impl {
         int settledSteps = 0;  // one after the other, up to this one
         bool settled = false;  // in this step
         bool settles = false;  // this step tries to settle it; after it: and has found it at rest
-        bool wasSolved = false;
-        int stood = 0;        // steps, since it was put up
-        bool starts = false;  // it stands as it was put up, and its first step is solved over several
-        bool waits = false;   // and other islands do so in this one
-        std::unique_ptr<StandingStart<S>> standing;  // its first step, while that is being solved
+        Standing standing;
     };
     std::vector<IslandState> islandStates;  // by awake island
     bool rulesChanged = true;               // solver or accuracy, since the last step
@@ -198,11 +205,18 @@ private:
     void settle(const Island& island, IslandState& state, S dt);
     void solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt, JobSystem& team);
     // standing.cpp. Whether an island stands as it was put up: at rest, all of it touching, and never solved.
-    bool mayStartStanding(const Island& island, const IslandState& state) const;
-    // Goes on with the first step of what may take several. False: it is to be solved as any other.
-    bool startStanding(std::size_t k, const SolveRequest& request, S dt);
-    // Says which islands start so, and which of those have to wait for others, in a step of so many rows.
-    void shareStarts(double rows);
+    bool standsAsPutUp(const Island& island, const IslandState& state) const;
+    // Whether it is a heap, swept, that hardly moves; and has for so long that it is worth a try.
+    bool sways(const Island& island, const IslandState& state) const;
+    bool hasSwayedLong(const Island& island, IslandState& state, S dt) const;
+    // Whether friction alone would stop each body from such a speed (m/s) within such a time (s), and nothing rolls.
+    bool isStoppedByFriction(const Island& island, S speed, S time) const;
+    // Says which islands are solved as standing still, and which of those have to wait for others, in a step of so many
+    // rows.
+    void shareStanding(double rows, S dt);
+    // Goes on with one. False: it is to be solved as any other.
+    bool solveStanding(std::size_t k, const SolveRequest& request, S dt);
+    void takeStanding(const Island& island, IslandState& state, S dt);
     // Leaves it where it is, and says what that is worth.
     void standStill(const Island& island, IslandState& state, S dt);
     // Gives the bodies where the problem has led them. A body whose numbers went non-finite stays where it was, at

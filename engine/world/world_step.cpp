@@ -429,10 +429,10 @@ void World<S>::Impl::solveIsland(std::size_t k, Solver<S>& by, const SolveReques
     constexpr std::size_t fewBodies = 2;
     const Island& island = islands.awake()[k];
     IslandState& state = islandStates[k];
-    if (startStanding(k, request, dt)) {
+    if (solveStanding(k, request, dt)) {
         return;
     }
-    state.wasSolved = true;
+    state.standing.wasSolved = true;
     Problem<S>& problem = island.isLarge() ? largeProblem_.make() : small;
     SolverMemory<S>& memory = island.bodies.size() <= fewBodies ? shared : state.memory.make();
     const WorldTables<S> tables = this->tables(&team);
@@ -459,7 +459,7 @@ void World<S>::Impl::solveIslands(S dt) {
                          .narrowPhase = def.narrowPhase};
     Solver<S>& by = solverOf(request);
     shareWork(rows);
-    shareStarts(rows);
+    shareStanding(rows, dt);
     narrow_ = {};
     // Threads share a large island, one after the other; then the small ones, in bunches.
     const auto solve = [&](std::size_t k, JobSystem& team) {

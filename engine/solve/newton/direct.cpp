@@ -172,7 +172,8 @@ NewtonOptions optionsFor(const Problem<S>& problem, const SolverSettings& settin
         options.tolerance *= Tuning::settledShare;
         options.solvedShare = 1;
         options.stalled *= Tuning::settledShare;
-        options.maxIterations = std::min(options.maxIterations, Tuning::settleIterations);
+        options.maxIterations =
+            std::min(options.maxIterations, problem.plan.calms ? Tuning::maxIterations : Tuning::settleIterations);
     }
     return options;
 }
@@ -318,12 +319,12 @@ template <class S, class Fill>
 NewtonReport solveWithin(const Problem<S>& problem, ContactNewton<double>& newton, const Problem<double>& wide,
                          NewtonOptions options, const Fill& fill, SolveReport& report) {
     const int iterations = options.maxIterations;
-    report.gapes = problem.plan.gapes;
+    report.gapes = problem.plan.gapes || problem.plan.calms;
     const bool mayGape = !report.gapes && hasComeToRest(problem) && !problem.plan.settles;
     if (mayGape) {
         options.maxIterations = std::min(iterations, Tuning::tightIterations);
     }
-    fill(report.gapes ? Tuning::wideSlop : Tuning::contactSlop<S>);
+    fill(problem.plan.calms ? Tuning::calmSlop : report.gapes ? Tuning::wideSlop : Tuning::contactSlop<S>);
     const NewtonReport solved = solve(newton, wide, options, report);
     if (solved.converged || !mayGape || solved.iterations >= iterations) {
         return solved;

@@ -20,6 +20,8 @@ struct DirectTuning {
     // with joints between its blocks that gape by micrometres, each of which would open or shut some contact.
     static constexpr double wideSlop = smallError;
     static constexpr int tightIterations = 16;
+    // m, the same of heaps that sway on the springs of sweeps, and are taken to be at rest.
+    static constexpr double calmSlop = 1e-3;
     // m/s, residual that is taken at rest when the iterations run out. The next step goes on from there, and sweeps
     // leave some twenty times as much.
     static constexpr double enoughAtRest = 1e-4;
