@@ -26,8 +26,8 @@ public:
                      Problem<S> room);
 
     enum class State { GoesOn, Solved, Unsolved };
-    // Goes on by a slice of an island of so many rows. Unsolved: an exact solution is not to be had, or not while it may
-    // stand still.
+    // Goes on by a slice of an island of so many rows. Unsolved: an exact solution is not to be had, or not while it
+    // may stand still.
     State run(double rows) {
         ++slices_;
         if (work_.run(slice(rows))) {

@@ -266,5 +266,72 @@ TEST(Standing, NeverFallsAsleepUnsolved) {
     EXPECT_EQ(world.report().counts.directIslands, 1);
 }
 
+// A pyramid through whose lowest row a ball has gone.
+struct ShotPyramid {
+    Worldd world{{.sleep = {.enabled = false}}};
+    std::vector<BodyId> boxes;
+
+    explicit ShotPyramid(int rows, double friction = 0.6) {
+        addFloor(world);
+        Shape shape = box({0.5, 0.5, 0.5});
+        shape.material.friction = friction;
+        for (int row = 0; row < rows; ++row) {
+            for (int i = 0; i < rows - row; ++i) {
+                boxes.push_back(world.add(
+                    {.shapes = {shape}, .position = Vec3d((i + 0.5 * row) * 1.05, 0.5 + row, 0), .mass = 1000}));
+            }
+        }
+        world.add({.shapes = {sphere(0.25)},
+                   .position = {1.05 * (rows / 2), 0.5, -1.5},
+                   .linearVelocity = {0, 0, 10},
+                   .mass = 1000});
+    }
+    double fastest() const {
+        double speed = 0;
+        for (const BodyId body : boxes) {
+            speed = std::max(speed, world.linearVelocity(body).norm());
+        }
+        return speed;
+    }
+};
+
+// Swept, 20 rows go on swaying by 2 cm/s, and 40 by 30: on the springs of sweeps.
+TEST(Standing, WhatSwaysComesToRest) {
+    for (const int rows : {20, 30, 40}) {
+        SCOPED_TRACE(rows);
+        ShotPyramid pyramid(rows);
+        bool hasStood = false;
+        for (int i = 0; i < 200; ++i) {
+            for (const IslandReport& island : pyramid.world.step(dt).islands) {
+                hasStood = hasStood || island.reason == PlanReason::Standing;
+            }
+        }
+        EXPECT_TRUE(hasStood);
+        expectBelow("m/s of the fastest", pyramid.fastest(), 1e-4);
+    }
+}
+
+// What friction does not stop within a tenth of a second goes on, however slow: a row of boxes on ice.
+TEST(Standing, WhatSlidesOnIsNotStopped) {
+    Worldd world({.sleep = {.enabled = false}});
+    Shape ice = box({50, 1, 50});
+    ice.material.friction = 0.001;
+    world.add({.type = BodyType::Static, .shapes = {ice}, .position = {0, -1, 0}});
+    std::vector<BodyId> boxes;
+    for (int i = 0; i < 30; ++i) {
+        Shape shape = box({0.5, 0.5, 0.5});
+        shape.material.friction = 0.001;
+        boxes.push_back(
+            world.add({.shapes = {shape}, .position = Vec3d(i, 0.5, 0), .linearVelocity = {0, 0, 0.1}, .mass = 1}));
+    }
+    for (int i = 0; i < 120; ++i) {
+        world.step(dt);
+    }
+    // 2 s of friction at most.
+    for (const BodyId body : boxes) {
+        EXPECT_GT(world.linearVelocity(body).z(), 0.1 - 2 * 0.001 * standardGravity - 1e-3);
+    }
+}
+
 }  // namespace
 }  // namespace cairn
