@@ -44,7 +44,7 @@ const char* name(PlanReason reason) {
         case PlanReason::BackingOff:
             return "by sweeps: an exact solution was not found a few steps ago";
         case PlanReason::Standing:
-            return "not yet: it stands as it was put up until its exact solution, which takes several steps, is there";
+            return "not yet: it is left standing until its exact solution, which takes several steps, is there";
     }
     return "";
 }

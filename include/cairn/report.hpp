@@ -32,7 +32,7 @@ enum class PlanReason : std::uint8_t {
     InMotion,    // auto: swept, since it moves by joints and an exact solution would be no nearer the truth
     Crowded,     // auto: swept, since bodies deep in each other by the dozen have no exact answer
     BackingOff,  // auto: swept for some steps after an exact solution was not found
-    Standing,    // auto: not solved yet, since it stands as it was put up, and its exact solution takes several steps
+    Standing,  // auto: not solved yet: it is left standing while its exact solution is made, which takes several steps
 };
 
 // In words, as `cairn explain` prints it.
