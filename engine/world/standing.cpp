@@ -16,13 +16,12 @@ StandingSolution<S>::StandingSolution(const WorldTables<S>& world, const Island&
       world_(world),
       solver_(std::move(solver)),
       request_(request),
-      as_(as),
       problem_(std::move(room)),
       control_(control),
       controller_(world_, island_, problem_, control_, *solver_, request_, false, infinity<double>()),
-      work_([this, dt](Pace& pace) {
-          solution_ = as_ == StandsAs::PutUp ? controller_.solveFromRest(dt, pace, narrow_)
-                                             : controller_.solveCalm(dt, pace, narrow_);
+      work_([this, as, dt](Pace& pace) {
+          solution_ = as == StandsAs::PutUp ? controller_.solveFromRest(dt, pace, narrow_)
+                                            : controller_.solveCalm(dt, pace, narrow_);
           isAnswered_ = !pace.isGivenUp();
       }) {
     island_.bodies = bodies_;
@@ -102,6 +101,20 @@ bool World<S>::Impl::sways(const Island& island, const IslandState& state) const
 }
 
 template <class S>
+bool World<S>::Impl::isHeldByEachContact(const Island& island, double speed, double time) const {
+    const auto holds = [&](const ContactManifold<S>& manifold) {
+        const auto points = manifold.inForce();
+        return static_cast<double>(manifold.friction) * def.gravity.norm() * time >= speed ||
+               std::all_of(points.begin(), points.end(),
+                           [](const ContactPointState<S>& point) { return point.normalForce == S(0); });
+    };
+    return std::all_of(island.pairs.begin(), island.pairs.end(), [&](std::uint32_t p) {
+        const PairContacts<S>& pair = contacts.pairs()[p];
+        return std::all_of(pair.manifolds.begin(), pair.manifolds.end(), holds);
+    });
+}
+
+template <class S>
 bool World<S>::Impl::hasSwayedLong(const Island& island, IslandState& state, S dt) const {
     Standing& standing = state.standing;
     if (!sways(island, state)) {
@@ -111,7 +124,8 @@ bool World<S>::Impl::hasSwayedLong(const Island& island, IslandState& state, S d
     }
     standing.swayed += static_cast<float>(dt);
     if (standing.swayed < standing.tryAfter ||
-        !isStoppedByFriction(island, static_cast<S>(swayingSpeed), static_cast<S>(stopTime))) {
+        !isStoppedByFriction(island, static_cast<S>(swayingSpeed), static_cast<S>(stopTime)) ||
+        !isHeldByEachContact(island, swayingSpeed, stopTime)) {
         return false;
     }
     standing.swayed = 0;

@@ -41,7 +41,6 @@ public:
     // Of what is solved, if nothing has changed of `island` meanwhile: gives its contacts what they carry, and answers
     // with the problem, in which the bodies are where they should be.
     Problem<S>& handBack(const Island& island);
-    StandsAs as() const { return as_; }
     const Solution& solution() const { return solution_; }
     const ControllerState& control() const { return control_; }
     const NarrowCounts& narrow() const { return narrow_; }
@@ -53,7 +52,6 @@ private:
     WorldTables<S> world_;
     std::unique_ptr<Solver<S>> solver_;
     SolveRequest request_;
-    StandsAs as_;
     Problem<S> problem_;
     ControllerState control_;
     Solution solution_;

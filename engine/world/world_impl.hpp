@@ -211,6 +211,8 @@ private:
     bool hasSwayedLong(const Island& island, IslandState& state, S dt) const;
     // Whether friction alone would stop each body from such a speed (m/s) within such a time (s), and nothing rolls.
     bool isStoppedByFriction(const Island& island, S speed, S time) const;
+    // Whether it would so stop whatever group of bodies moves together, by the contacts that bear it.
+    bool isHeldByEachContact(const Island& island, double speed, double time) const;
     // Says which islands are solved as standing still, and which of those have to wait for others, in a step of so many
     // rows.
     void shareStanding(double rows, S dt);

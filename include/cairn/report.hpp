@@ -32,7 +32,7 @@ enum class PlanReason : std::uint8_t {
     InMotion,    // auto: swept, since it moves by joints and an exact solution would be no nearer the truth
     Crowded,     // auto: swept, since bodies deep in each other by the dozen have no exact answer
     BackingOff,  // auto: swept for some steps after an exact solution was not found
-    Standing,  // auto: not solved yet: it is left standing while its exact solution is made, which takes several steps
+    Standing,    // auto: not solved yet, and left standing while its exact solution is made over several steps
 };
 
 // In words, as `cairn explain` prints it.
@@ -78,7 +78,8 @@ struct StepCounts {
     int newtonIterations = 0;  // summed over islands
     int factorisations = 0;    // of H
     double work = 0;           // visits of rows in solvers; a multiply-add of 6x6 blocks counts as nine
-    int truncated = 0;         // islands whose solution AccuracyDef::maxWork, or a budget, truncated
+    // Islands whose solution AccuracyDef::maxWork, or a budget, truncated, or that are left standing until they have one.
+    int truncated = 0;
     int unconverged = 0;       // islands left above tolerance, or sinking
     int energetic = 0;         // islands that gained energy from nothing, or a sub-step of which had it taken back
     int solves = 0;            // IslandReport's, together

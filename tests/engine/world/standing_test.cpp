@@ -311,6 +311,51 @@ TEST(Standing, WhatSwaysComesToRest) {
     }
 }
 
+// A sledge on ice with a wall on it. Friction would stop every brick, and the sledge under the bricks, but not all
+// together. A ball is thrown at the wall, so that it is swept.
+TEST(Standing, WhatSlidesTogetherIsNotStopped) {
+    const double speed = 0.15;
+    const auto withFriction = [](Shape shape, double friction) {
+        shape.material.friction = friction;
+        return shape;
+    };
+    Worldd world({.sleep = {.enabled = false}});
+    world.add({.type = BodyType::Static, .shapes = {withFriction(box({50, 1, 50}), 0)}, .position = {0, -1, 0}});
+    Shape runner = withFriction(box({12, 0.1, 2}), 0);
+    runner.pose.position = {0, -0.1, 0};
+    Shape deck = withFriction(box({12, 0.1, 2}), 0.6);
+    deck.pose.position = {0, 0.1, 0};
+    std::vector<BodyId> bodies{
+        world.add({.shapes = {runner, deck}, .position = {10, 0.2, 0}, .linearVelocity = {speed, 0, 0}, .mass = 500})};
+    for (int course = 0; course < 20; ++course) {
+        for (int i = 0; i < 20; ++i) {
+            bodies.push_back(world.add({.shapes = {box({0.5, 0.25, 0.25})},
+                                        .position = Vec3d(i + 0.5 * (course % 2), 0.65 + 0.5 * course, 0),
+                                        .linearVelocity = {speed, 0, 0},
+                                        .mass = 2}));
+        }
+    }
+    world.add({.shapes = {sphere(0.25)}, .position = {10, 9, -2}, .linearVelocity = {0, 0, 5}, .mass = 0.2});
+    int swept = 0;
+    const double start = world.pose(bodies.front()).position.x();
+    double gone = 0;
+    for (int i = 0; i < 400; ++i) {
+        const double before = world.linearVelocity(bodies.front()).x();
+        swept += world.step(dt).counts.sweptIslands > 0 ? 1 : 0;
+        gone += 0.5 * dt * (before + world.linearVelocity(bodies.front()).x());
+    }
+    EXPECT_GT(swept, 350);
+    double momentum = 0;
+    double mass = 0;
+    for (const BodyId body : bodies) {
+        momentum += world.mass(body) * world.linearVelocity(body).x();
+        mass += world.mass(body);
+    }
+    // Nothing pushes along the ice.
+    expectClose("m/s of all together", momentum / mass, speed, 2e-5);
+    expectClose("m that the sledge has gone", world.pose(bodies.front()).position.x() - start, gone, 5e-4);
+}
+
 // What friction does not stop within a tenth of a second goes on, however slow: a row of boxes on ice.
 TEST(Standing, WhatSlidesOnIsNotStopped) {
     Worldd world({.sleep = {.enabled = false}});
