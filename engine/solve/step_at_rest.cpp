@@ -14,7 +14,7 @@ constexpr double paceOfGathering = 2.5;
 
 template <class S>
 bool StepController<S>::isSlower(S speed) const {
-    return std::all_of(problem_.bodies.begin(), problem_.bodies.end(), [&](const SolverBody<S>& s) {
+    return !hasLeftWorld_ && std::all_of(problem_.bodies.begin(), problem_.bodies.end(), [&](const SolverBody<S>& s) {
         return s.fixed || world_.bodies[s.index].kind->speedOfPoints(s.v) <= speed;
     });
 }

@@ -71,12 +71,14 @@ public:
     // shut. What that does not hold is given up, too.
     Solution solveCalm(S dt, Pace& pace, NarrowCounts& narrow);
     void handBack() { gatherer_.handBack(); }
+    // The bodies of the world are others now: of what is being solved nothing more is asked than forces.
+    void leaveWorld() { hasLeftWorld_ = true; }
 
 private:
     // Solves the step as of bodies at rest. False: they were not, and it does not hold them; nothing has changed, but
     // for what it cost.
     bool solveAtRest(S dt, Solution& solution, NarrowCounts& narrow);
-    bool isSlower(S speed) const;  // m/s, of any point of any body in the problem
+    bool isSlower(S speed) const;  // m/s, of any point of any body in the problem; if that is known
     // Gathers what is solved at a pace.
     void beginAt(Pace& pace);
     StepPlan planOfCalm() const;
@@ -132,6 +134,7 @@ private:
     const SolveRequest& request_;
     bool settles_;
     bool calms_ = false;
+    bool hasLeftWorld_ = false;
     double maxWork_;
     Gatherer<S> gatherer_;
 };

@@ -151,9 +151,7 @@ void World<S>::Impl::recallIslands(S dt) {
             return;
         }
         state.settledSteps = 0;
-        if (state.standing.solution && !(sameRules && isUndisturbed(island, state))) {
-            state.standing.solution.reset();
-        }
+        state.standing.isOver = state.standing.solution && !(sameRules && isUndisturbed(island, state));
         if (sameRules && maySettle(island, state, dt)) {
             ControllerState& control = state.control;
             if (control.slowSteps == control.settleAfter) {
@@ -168,6 +166,13 @@ void World<S>::Impl::recallIslands(S dt) {
         state.pairs = static_cast<std::uint32_t>(island.pairs.size());
         state.joints = static_cast<std::uint32_t>(island.joints.size());
     });
+    for (std::vector<IslandState>* states : {&islandStates, &last}) {
+        for (IslandState& state : *states) {
+            if (state.standing.solution && (states == &last || state.standing.isOver)) {
+                breakOff(state.standing);
+            }
+        }
+    }
 }
 
 template struct World<float>::Impl;

@@ -27,6 +27,32 @@ StandingSolution<S>::StandingSolution(const WorldTables<S>& world, const Island&
     island_.bodies = bodies_;
     island_.pairs = pairs_;
     world_.jobs = jobs_.get();
+    for (const std::uint32_t p : pairs_) {
+        bodiesOfPairs_.push_back(world.contacts.pairs()[p].pair);
+    }
+}
+
+template <class S>
+void StandingSolution<S>::breakOff(ContactTable<S>& contacts) {
+    controller_.leaveWorld();
+    work_.run(infinity<double>());
+    if (!isAnswered_) {
+        return;
+    }
+    const std::vector<PairContacts<S>>& now = contacts.pairs();
+    std::erase_if(problem_.contacts, [&](ProblemContact<S>& contact) {
+        const auto was = std::lower_bound(pairs_.begin(), pairs_.end(), contact.pair);
+        const ProxyPair& wanted = bodiesOfPairs_[static_cast<std::size_t>(was - pairs_.begin())];
+        const auto is =
+            std::lower_bound(now.begin(), now.end(), wanted,
+                             [](const PairContacts<S>& pair, const ProxyPair& of) { return pair.pair < of; });
+        contact.pair = static_cast<std::uint32_t>(is - now.begin());
+        return is == now.end() || is->pair != wanted || is->isNew;
+    });
+    // Of the step they are no impulses.
+    problem_.beginImpulses();
+    problem_.rolls.clear();
+    controller_.handBack();
 }
 
 template <class S>
@@ -142,8 +168,8 @@ void World<S>::Impl::shareStanding(double rows, S dt) {
         IslandState& state = islandStates[k];
         Standing& standing = state.standing;
         standing.stands = false;
-        if (!isAuto) {
-            standing.solution.reset();
+        if (!isAuto && standing.solution) {
+            breakOff(standing);
         }
         if (!isAuto || state.settled) {
             continue;
@@ -195,6 +221,16 @@ bool World<S>::Impl::solveStanding(std::size_t k, const SolveRequest& request, S
     }
     takeStanding(island, state, dt);
     return true;
+}
+
+template <class S>
+void World<S>::Impl::breakOff(Standing& standing) {
+    if (standing.as == StandsAs::PutUp) {
+        standing.solution->breakOff(contacts);
+    }
+    standing.solution.reset();
+    standing.isOver = false;
+    standing.wasSolved = true;
 }
 
 template <class S>

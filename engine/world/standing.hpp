@@ -41,13 +41,17 @@ public:
     // Of what is solved, if nothing has changed of `island` meanwhile: gives its contacts what they carry, and answers
     // with the problem, in which the bodies are where they should be.
     Problem<S>& handBack(const Island& island);
+    // Does the rest at once, and gives the contacts that are still as they were the forces that it finds: what was put
+    // up is moved before it was solved. Without them tall stacks sink.
+    void breakOff(ContactTable<S>& contacts);
     const Solution& solution() const { return solution_; }
     const ControllerState& control() const { return control_; }
     const NarrowCounts& narrow() const { return narrow_; }
 
 private:
     std::vector<std::uint32_t> bodies_, pairs_;  // of the island
-    std::shared_ptr<JobSystem> jobs_;            // one thread: other loops may run beside it
+    std::vector<ProxyPair> bodiesOfPairs_;
+    std::shared_ptr<JobSystem> jobs_;  // one thread: other loops may run beside it
     Island island_;
     WorldTables<S> world_;
     std::unique_ptr<Solver<S>> solver_;

@@ -63,6 +63,7 @@ struct World<S>::Impl {
         bool wasSolved = false;
         bool stands = false;  // in this step
         bool waits = false;   // and others are solved first
+        bool isOver = false;  // something has changed before it was solved
     };
     // What is kept of an island from step to step.
     struct IslandState {
@@ -218,6 +219,8 @@ private:
     void shareStanding(double rows, S dt);
     // Goes on with one. False: it is to be solved as any other.
     bool solveStanding(std::size_t k, const SolveRequest& request, S dt);
+    // Ends one before it is solved.
+    void breakOff(Standing& standing);
     void takeStanding(const Island& island, IslandState& state, S dt);
     // Leaves it where it is, and says what that is worth.
     void standStill(const Island& island, IslandState& state, S dt);

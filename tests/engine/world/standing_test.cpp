@@ -150,7 +150,8 @@ TEST(Standing, WhatDoesNotStandFallsOnceItIsKnown) {
     for (const BodyId brick : wall.bricks) {
         mean += wall.world.linearVelocity(brick) / static_cast<double>(wall.bricks.size());
     }
-    // Seven steps down the slope, against friction on the floor, which bears what does not fall.
+    // Seven steps down the slope, against friction on the floor, which bears what does not fall. Sweeps err by .011, as
+    // much as where a wall is not left standing first.
     const double given = 7 * dt * standardGravity;
     const double borne = given * std::cos(tilt) + mean.y();
     expectClose("m/s of all together", mean.x(), given * std::sin(tilt) - 0.6 * borne, 0.023);
@@ -187,23 +188,62 @@ TEST(Standing, IsSolvedAsAnyOnceItIsTouched) {
     });
 }
 
-TEST(Standing, BeginsAnewWithWhatIsTakenAwayOrAdded) {
-    whileStanding([](Wall<double>& wall) {
+TEST(Standing, IsSolvedAtOnceWithWhatIsTakenAwayOrAdded) {
+    const auto isSolvedAtOnce = [](Wall<double>& wall) {
+        EXPECT_EQ(wall.stepUntilSolved(), 1);
+        EXPECT_EQ(wall.world.report().counts.directIslands, 1);
+        for (int k = 0; k < 3; ++k) {
+            wall.world.step(dt);
+        }
+        expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+        expectBelow("m moved", wall.moved(), 1e-8);
+    };
+    whileStanding([&](Wall<double>& wall) {
         wall.world.remove(wall.bricks.back());
         wall.bricks.pop_back();
         wall.places.pop_back();
-        EXPECT_GT(wall.stepUntilSolved(), 2);
-        expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
-        wall.world.step(dt);
-        expectBelow("m moved", wall.moved(), 1e-9);
+        isSolvedAtOnce(wall);
     });
-    whileStanding([](Wall<double>& wall) {
+    whileStanding([&](Wall<double>& wall) {
+        // The one on which all others of its end stand, whose place another takes.
+        wall.world.remove(wall.bricks.front());
+        wall.bricks.front() =
+            wall.world.add({.shapes = {box({0.5, 0.25, 0.25})}, .position = wall.places.front(), .mass = 2});
+        isSolvedAtOnce(wall);
+    });
+    whileStanding([&](Wall<double>& wall) {
         wall.places.emplace_back(10, 10.25, 0);
         wall.bricks.push_back(
             wall.world.add({.shapes = {box({0.5, 0.25, 0.25})}, .position = wall.places.back(), .mass = 2}));
-        EXPECT_GT(wall.stepUntilSolved(), 2);
-        expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+        isSolvedAtOnce(wall);
     });
+}
+
+// A pyramid struck before it is solved sags no more than one that is struck as soon as it is: it has the forces of what
+// is solved by then. Without them it sinks by millimetres a row.
+TEST(Standing, WhatIsStruckBeforeItIsSolvedHasItsForces) {
+    const auto sunkAfterStrike = [](int atStep) {
+        Worldd world({.sleep = {.enabled = false}});
+        addFloor(world);
+        std::vector<BodyId> boxes;
+        for (int row = 0; row < 60; ++row) {
+            for (int i = 0; i < 60 - row; ++i) {
+                boxes.push_back(addBox(world, Vec3d((i + 0.5 * row) * 1.05, 0.5 + row, 0)));
+            }
+        }
+        for (int k = 0; k < atStep; ++k) {
+            world.step(dt);
+        }
+        EXPECT_EQ(world.report().islands.front().reason == PlanReason::Standing, atStep < 5);
+        world.add({.shapes = {sphere(0.25)}, .position = {30, 0.5, -0.8}, .linearVelocity = {0, 0, 5}, .mass = 1});
+        for (int k = 0; k < 30; ++k) {
+            world.step(dt);
+        }
+        return 59.5 - world.pose(boxes.back()).position.y();
+    };
+    const double solved = sunkAfterStrike(15);
+    expectBelow("m sunk, solved", solved, 7e-4);
+    expectClose("m sunk, not solved yet", sunkAfterStrike(3), solved, 1e-6);
 }
 
 TEST(Standing, KnowsWhatTheGameSetsMeanwhile) {
@@ -227,8 +267,10 @@ TEST(Standing, KnowsWhatTheGameSetsMeanwhile) {
     });
     whileStanding([](Wall<double>& wall) {
         wall.world.step(dt / 2);
-        EXPECT_GT(wall.stepUntilSolved(), 2) << "another dt is another problem";
-        expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+        EXPECT_EQ(wall.standing(), 0);
+        wall.world.step(dt / 2);
+        wall.world.step(dt / 2);
+        expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-8 * wall.weight());
     });
     whileStanding([](Wall<double>& wall) {
         wall.world.setSolver(AutoDef{});
