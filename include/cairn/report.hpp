@@ -78,14 +78,15 @@ struct StepCounts {
     int newtonIterations = 0;  // summed over islands
     int factorisations = 0;    // of H
     double work = 0;           // visits of rows in solvers; a multiply-add of 6x6 blocks counts as nine
-    // Islands whose solution AccuracyDef::maxWork, or a budget, truncated, or that are left standing until they have one.
+    // Islands whose solution AccuracyDef::maxWork, or a budget, truncated, or that are left standing until they have
+    // one.
     int truncated = 0;
-    int unconverged = 0;       // islands left above tolerance, or sinking
-    int energetic = 0;         // islands that gained energy from nothing, or a sub-step of which had it taken back
-    int solves = 0;            // IslandReport's, together
-    int ccdBodies = 0;         // fast bodies whose motion was searched for what they would pass through
-    int ccdHeldBodies = 0;     // of those and the bodies jointed to them, held back before something
-    int ccdUnresolved = 0;     // held back at a place that is safe but not the exact one
+    int unconverged = 0;    // islands left above tolerance, or sinking
+    int energetic = 0;      // islands that gained energy from nothing, or a sub-step of which had it taken back
+    int solves = 0;         // IslandReport's, together
+    int ccdBodies = 0;      // fast bodies whose motion was searched for what they would pass through
+    int ccdHeldBodies = 0;  // of those and the bodies jointed to them, held back before something
+    int ccdUnresolved = 0;  // held back at a place that is safe but not the exact one
     NarrowCounts narrow;
 };
 
