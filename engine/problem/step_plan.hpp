@@ -13,6 +13,7 @@ struct ControllerState {
     int backoff = 0;            // auto: steps that sweeps take over for when `direct` fails, or its factor is too dear
     int sweepSteps = 0;         // auto: of those, still to come
     bool failedAtRest = false;  // auto: where `direct` failed last, nothing moved
+    bool mayTry = true;         // auto: of the work of this step's exact tries enough is left for it, while it moves
     bool gapes = false;         // auto: SolveReport::gapes of the last exact solution
     bool isPinned = false;      // hybrid: SolveReport::isPinned of the last step that it took
     // How far down the list of what is tried for the error asked for: what would be done if none were, with 1, 2, 4 ..

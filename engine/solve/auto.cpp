@@ -192,7 +192,8 @@ StepPlan Auto<S>::plan(Problem<S>& problem, const ControllerState& state, S dt) 
     const double maxWork = std::min(plan.maxWork, problem.limits.maxWork - plan.kept);
     // Exact solutions are taken only where they can be afforded: what they took of late, and then, since it has its
     // price to know, what a factor will. What is calm needs no iterations.
-    const bool isTooDear = state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
+    const bool isTooDear =
+        (isHeap && moves && !state.mayTry) || state.directWork > (state.isCalm() ? plan.maxWork : maxWork);
     plan.reason = problem.isOfCrowd ? PlanReason::Crowded
                   : isHybrids       ? PlanReason::InMotion
                   : isBackingOff    ? PlanReason::BackingOff

@@ -36,7 +36,7 @@ const char* name(PlanReason reason) {
         case PlanReason::TooLarge:
             return "by sweeps: a factor would cost more than the bound on work";
         case PlanReason::TooDear:
-            return "by sweeps: exact solutions took more of late than this step may take";
+            return "by sweeps: exact solutions take more than this step may take";
         case PlanReason::InMotion:
             return "by sweeps: of joints that move like these an exact solution is no nearer the truth";
         case PlanReason::Crowded:

@@ -217,6 +217,7 @@ private:
     // Says which islands are solved as standing still, and which of those have to wait for others, in a step of so many
     // rows.
     void shareStanding(double rows, S dt);
+    void shareTries(double rows);
     // Goes on with one. False: it is to be solved as any other.
     bool solveStanding(std::size_t k, const SolveRequest& request, S dt);
     // Ends one before it is solved.

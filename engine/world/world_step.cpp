@@ -380,6 +380,27 @@ void World<S>::Impl::shareWork(double rows) {
 }
 
 template <class S>
+void World<S>::Impl::shareTries(double rows) {
+    // Visits. Hundreds of islands that meet the same in one step, as columns under a pusher, would all try in it, and
+    // wait for their next try alike.
+    constexpr double triesPerRow = 4;
+    constexpr double freeTries = 4e4;
+    double left = accuracyAsked() ? infinity<double>() : std::max(freeTries, triesPerRow * rows);
+    for (std::size_t k = 0; k < loads_.size(); ++k) {
+        const Island& island = islands.awake()[k];
+        IslandState& state = islandStates[k];
+        const Solution& last = state.solved;
+        ControllerState& control = state.control;
+        control.mayTry = left > 0;
+        if (state.settled || island.pairs.empty() || !island.joints.empty() || control.sweepSteps > 0) {
+            continue;
+        }
+        const bool isKnown = last.reason == PlanReason::Exact && last.restarts == 0 && control.directWork > 0;
+        left -= isKnown ? control.directWork : kneeWorkPerRow(rows) * loads_[k];
+    }
+}
+
+template <class S>
 Solver<S>& World<S>::Impl::solverOf(SolveRequest& request) {
     report.maxWork = def.accuracy.maxWork;
     load = {};
@@ -460,6 +481,7 @@ void World<S>::Impl::solveIslands(S dt) {
     Solver<S>& by = solverOf(request);
     shareWork(rows);
     shareStanding(rows, dt);
+    shareTries(rows);
     narrow_ = {};
     // Threads share a large island, one after the other; then the small ones, in bunches.
     const auto solve = [&](std::size_t k, JobSystem& team) {

@@ -28,7 +28,8 @@ enum class PlanReason : std::uint8_t {
     Asked,       // by the solver that the world's definition names
     Exact,       // auto: its factor is within the bound
     TooLarge,    // auto: swept, since its factor is not
-    TooDear,     // auto: swept, since the step's bound on work does not pay for what exact solutions took of late
+    TooDear,     // auto: swept, since the step's bound on work does not pay for what exact solutions took of late, or
+                 // pays for those of other islands
     InMotion,    // auto: swept, since it moves by joints and an exact solution would be no nearer the truth
     Crowded,     // auto: swept, since bodies deep in each other by the dozen have no exact answer
     BackingOff,  // auto: swept for some steps after an exact solution was not found
