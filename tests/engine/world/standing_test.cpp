@@ -137,6 +137,28 @@ TEST(Standing, StructuresShareWhatAStepMayTake) {
 }
 
 // Friction of .6 holds up to 31 degrees.
+TEST(Standing, ManySmallStructuresTakeTurns) {
+    constexpr int walls = 40;
+    Wall<double> wall(6, 6);
+    for (int i = 1; i < walls; ++i) {
+        wall.build(6, 6, Vec3d(0, 0, 4 * i));
+    }
+    double work = 0;
+    int steps = 0;
+    do {
+        const StepReport& report = wall.world.step(dt);
+        work = std::max(work, report.counts.work);
+        ++steps;
+        EXPECT_EQ(report.counts.truncated, wall.standing());
+    } while (wall.standing() > 0 && steps < 100);
+    EXPECT_EQ(steps, 7);
+    expectBelow("visits of a step", work, 1e6);  // 2.6e6 where all are solved in one step
+    wall.world.step(dt);
+    EXPECT_EQ(wall.world.step(dt).counts.settledIslands, walls);
+    expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
+    expectBelow("m moved", wall.moved(), 1e-9);
+}
+
 TEST(Standing, WhatDoesNotStandFallsOnceItIsKnown) {
     const double tilt = 40 * pi / 180;
     Wall<double> wall(14, 14, 1, tilt);
