@@ -73,8 +73,8 @@ constexpr double touching = 1e-4;
 // Pairs of the smallest island whose exact solution may take longer than a step should: of a wall of a hundred bricks
 // it takes 10 ms.
 constexpr std::size_t fewPairs = 300;
-// Visits a row that smaller ones take, settled in their second step: 16 of a box on a floor, 60 of a pyramid of ten rows;
-// and how many such visits a step has for all of those together.
+// Visits a row that smaller ones take, settled in their second step: 16 of a box on a floor, 60 of a pyramid of ten
+// rows; and how many such visits a step has for all of those together.
 constexpr double visitsOfFew = 50;
 constexpr double worthOfFew(double rows) {
     return std::max(3e5, rows);
@@ -90,6 +90,21 @@ constexpr float longestSwaying = 8;
 }  // namespace
 
 template <class S>
+bool World<S>::Impl::slidesOff(const Island& island) const {
+    const std::vector<PairContacts<S>>& pairs = contacts.pairs();
+    if (island.pairs.size() != 1 || pairs[island.pairs.front()].manifolds.size() != 1) {
+        return false;
+    }
+    const PairContacts<S>& pair = pairs[island.pairs.front()];
+    const ContactManifold<S>& manifold = pair.manifolds.front();
+    const Vec3d normal = bodies[pair.pair.a].pose.rotation.template cast<double>() * manifold.normal;
+    const double along = std::abs(def.gravity.dot(normal));
+    const double friction = manifold.isRound ? 0 : static_cast<double>(manifold.staticFriction);
+    constexpr double level = 1e-4;  // rad
+    return (def.gravity.cross(normal)).norm() > (friction + level) * along;
+}
+
+template <class S>
 bool World<S>::Impl::standsAsPutUp(const Island& island, const IslandState& state) const {
     const auto isAtRest = [&](std::uint32_t i) {
         const Body<S>& b = bodies[i];
@@ -97,7 +112,7 @@ bool World<S>::Impl::standsAsPutUp(const Island& island, const IslandState& stat
     };
     if (state.standing.wasSolved || state.standing.steps >= StandingSolution<S>::mostSlices || island.pairs.empty() ||
         island.isDriven || !island.joints.empty() ||
-        !std::all_of(island.bodies.begin(), island.bodies.end(), isAtRest)) {
+        !std::all_of(island.bodies.begin(), island.bodies.end(), isAtRest) || slidesOff(island)) {
         return false;
     }
     std::vector<char> touches(island.bodies.size(), 0);

@@ -205,7 +205,9 @@ private:
     // Puts up with what the forces of the last solution leave unbalanced, and says how much that is.
     void settle(const Island& island, IslandState& state, S dt);
     void solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt, JobSystem& team);
-    // standing.cpp. Whether an island stands as it was put up: at rest, all of it touching, and never solved.
+    // standing.cpp. Whether it touches one other body by one face, on which it slides or rolls away.
+    bool slidesOff(const Island& island) const;
+    // Whether an island stands as it was put up: at rest, all of it touching, and never solved.
     bool standsAsPutUp(const Island& island, const IslandState& state) const;
     // Whether it is a heap, swept, that hardly moves; and has for so long that it is worth a try.
     bool sways(const Island& island, const IslandState& state) const;

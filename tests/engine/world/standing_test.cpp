@@ -159,6 +159,26 @@ TEST(Standing, ManySmallStructuresTakeTurns) {
     expectBelow("m moved", wall.moved(), 1e-9);
 }
 
+TEST(Standing, WhatSlidesOffWaitsForNothing) {
+    Wall<double> wall(1, 1);
+    for (int i = 0; i < 1000; ++i) {
+        wall.build(1, 1, Vec3d(2 * (i % 40), 0, 2 + 2 * (i / 40)));
+    }
+    constexpr double slope = 0.9;  // rad
+    const Quatd tilted(Eigen::AngleAxisd(slope, Vec3d::UnitZ()));
+    const Vec3d up(0, 20, 0);
+    wall.world.add({.type = BodyType::Static, .shapes = {box({5, 1, 5})}, .position = up, .rotation = tilted});
+    const BodyId slides = wall.world.add(
+        {.shapes = {box({0.5, 0.5, 0.5})}, .position = up + tilted * Vec3d(0, 1.5, 0), .rotation = tilted});
+    const BodyId rolls = wall.world.add({.shapes = {sphere(0.5)}, .position = up + tilted * Vec3d(0, 1.5, 3)});
+    wall.world.step(dt);
+    EXPECT_GT(wall.standing(), 500);
+    const double friction = Material{}.friction;
+    expectClose("m/s", wall.world.linearVelocity(slides).norm(),
+                standardGravity * (std::sin(slope) - friction * std::cos(slope)) * dt, 1e-9);
+    EXPECT_GT(wall.world.linearVelocity(rolls).norm(), 0);
+}
+
 TEST(Standing, WhatDoesNotStandFallsOnceItIsKnown) {
     const double tilt = 40 * pi / 180;
     Wall<double> wall(14, 14, 1, tilt);
