@@ -158,18 +158,31 @@ HWY_INLINE hn::Mask<D> midpointEnd(D d, const Matrix<D>& inertia, const Vector<D
     return isFound;
 }
 
-// Calls visit(d, at, lanes) for as many bodies at a time as a vector has lanes; of the last ones the first `lanes` are
+// Calls visit(d, at, lanes) for as many bodies at a time as a vector has lanes, a shorter vector where those that are
+// left fit into it: most islands are that small, and wide divisions take long. Of the last ones the first `lanes` are
 // bodies, and the rest the first of them again.
 template <class S, class Visit>
 HWY_INLINE void forBodies(SolverBody<S>* const* bodies, std::size_t count, const Visit& visit) {
-    const hn::CappedTag<S, 64 / sizeof(S)> d;
-    for (std::size_t k = 0; k < count; k += hn::Lanes(d)) {
-        const std::size_t lanes = std::min(count - k, hn::Lanes(d));
+    const auto go = [&](auto d, std::size_t lanes) HWY_ATTR {
         SolverBody<S>* at[hn::MaxLanes(d)];
         for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-            at[lane] = bodies[k + (lane < lanes ? lane : 0)];
+            at[lane] = bodies[lane < lanes ? lane : 0];
         }
         visit(d, at, lanes);
+        bodies += lanes;
+        count -= lanes;
+    };
+    const hn::CappedTag<S, 64 / sizeof(S)> whole;
+    const hn::CappedTag<S, 32 / sizeof(S)> half;
+    const hn::CappedTag<S, 16 / sizeof(S)> few;
+    while (count > hn::Lanes(half)) {
+        go(whole, std::min(count, hn::Lanes(whole)));
+    }
+    while (count > hn::Lanes(few)) {
+        go(half, std::min(count, hn::Lanes(half)));
+    }
+    while (count > 0) {
+        go(few, std::min(count, hn::Lanes(few)));
     }
 }
 
