@@ -97,11 +97,12 @@ bool World<S>::Impl::slidesOff(const Island& island) const {
     }
     const PairContacts<S>& pair = pairs[island.pairs.front()];
     const ContactManifold<S>& manifold = pair.manifolds.front();
-    const Vec3d normal = bodies[pair.pair.a].pose.rotation.template cast<double>() * manifold.normal;
-    const double along = std::abs(def.gravity.dot(normal));
+    const Body<S>& a = bodies[pair.pair.a];
+    const Vec3d normal = a.pose.rotation.template cast<double>() * manifold.normal;
+    const double pressing = (a.isDynamic() ? 1 : -1) * def.gravity.dot(normal);
     const double friction = manifold.isRound ? 0 : static_cast<double>(manifold.staticFriction);
     constexpr double level = 1e-4;  // rad
-    return (def.gravity.cross(normal)).norm() > (friction + level) * along;
+    return pressing <= 0 || def.gravity.cross(normal).norm() > (friction + level) * pressing;
 }
 
 template <class S>
@@ -116,19 +117,26 @@ bool World<S>::Impl::standsAsPutUp(const Island& island, const IslandState& stat
         return false;
     }
     std::vector<char> touches(island.bodies.size(), 0);
+    bool isBorne = false;
+    bool carries = false;
     for (const std::uint32_t p : island.pairs) {
         const PairContacts<S>& pair = contacts.pairs()[p];
         for (const ContactManifold<S>& manifold : pair.manifolds) {
-            const auto points = manifold.inForce();
-            const bool isClose = std::any_of(points.begin(), points.end(), [](const ContactPointState<S>& point) {
-                return point.separation <= static_cast<S>(touching);
-            });
+            bool isClose = false;
+            for (const ContactPointState<S>& point : manifold.inForce()) {
+                isClose = isClose || point.separation <= static_cast<S>(touching);
+                carries = carries || point.normalForce > S(0);
+            }
             for (const std::uint32_t body : {pair.pair.a, pair.pair.b}) {
                 if (isClose && bodies[body].isDynamic()) {
                     touches[static_cast<std::size_t>(islands.placeOf(body))] = 1;
                 }
+                isBorne = isBorne || (isClose && !bodies[body].isDynamic());
             }
         }
+    }
+    if (!isBorne || (carries && island.pairs.size() < fewPairs)) {
+        return false;
     }
     return std::all_of(touches.begin(), touches.end(), [](char touched) { return touched != 0; });
 }

@@ -205,9 +205,10 @@ private:
     // Puts up with what the forces of the last solution leave unbalanced, and says how much that is.
     void settle(const Island& island, IslandState& state, S dt);
     void solveIsland(std::size_t k, Solver<S>& by, const SolveRequest& request, double maxWork, S dt, JobSystem& team);
-    // standing.cpp. Whether it touches one other body by one face, on which it slides or rolls away.
+    // standing.cpp. Whether it touches one other body by one face, from which it falls, slides or rolls away.
     bool slidesOff(const Island& island) const;
-    // Whether an island stands as it was put up: at rest, all of it touching, and never solved.
+    // Whether an island stands as it was put up: at rest, all of it touching, borne by what is static, and never
+    // solved.
     bool standsAsPutUp(const Island& island, const IslandState& state) const;
     // Whether it is a heap, swept, that hardly moves; and has for so long that it is worth a try.
     bool sways(const Island& island, const IslandState& state) const;
@@ -219,6 +220,7 @@ private:
     // Says which islands are solved as standing still, and which of those have to wait for others, in a step of so many
     // rows.
     void shareStanding(double rows, S dt);
+    // Says which islands may try exact solutions of what moves without joints, in a step of so many rows.
     void shareTries(double rows);
     // Goes on with one. False: it is to be solved as any other.
     bool solveStanding(std::size_t k, const SolveRequest& request, S dt);

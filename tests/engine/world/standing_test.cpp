@@ -159,7 +159,7 @@ TEST(Standing, ManySmallStructuresTakeTurns) {
     expectBelow("m moved", wall.moved(), 1e-9);
 }
 
-TEST(Standing, WhatSlidesOffWaitsForNothing) {
+TEST(Standing, WhatSlidesOffOrFallsWaitsForNothing) {
     Wall<double> wall(1, 1);
     for (int i = 0; i < 1000; ++i) {
         wall.build(1, 1, Vec3d(2 * (i % 40), 0, 2 + 2 * (i / 40)));
@@ -170,6 +170,10 @@ TEST(Standing, WhatSlidesOffWaitsForNothing) {
     wall.world.add({.type = BodyType::Static, .shapes = {box({5, 1, 5})}, .position = up, .rotation = tilted});
     const BodyId slides = wall.world.add(
         {.shapes = {box({0.5, 0.5, 0.5})}, .position = up + tilted * Vec3d(0, 1.5, 0), .rotation = tilted});
+    const BodyId hangs = wall.world.add({.shapes = {box({0.5, 0.5, 0.5})}, .position = up + Vec3d(30, -1.5, 0)});
+    wall.world.add({.type = BodyType::Static, .shapes = {box({5, 1, 5})}, .position = up + Vec3d(30, 0, 0)});
+    const BodyId flies = wall.world.add({.shapes = {box({0.5, 0.5, 0.5})}, .position = up + Vec3d(40, 0, 0)});
+    wall.world.add({.shapes = {box({0.5, 0.5, 0.5})}, .position = up + Vec3d(41, 0, 0)});
     const BodyId rolls = wall.world.add({.shapes = {sphere(0.5)}, .position = up + tilted * Vec3d(0, 1.5, 3)});
     wall.world.step(dt);
     EXPECT_GT(wall.standing(), 500);
@@ -177,6 +181,27 @@ TEST(Standing, WhatSlidesOffWaitsForNothing) {
     expectClose("m/s", wall.world.linearVelocity(slides).norm(),
                 standardGravity * (std::sin(slope) - friction * std::cos(slope)) * dt, 1e-9);
     EXPECT_GT(wall.world.linearVelocity(rolls).norm(), 0);
+    for (const BodyId falls : {hangs, flies}) {
+        expectClose("m/s, down", -wall.world.linearVelocity(falls).y(), standardGravity * dt, 1e-9);
+    }
+}
+
+TEST(Standing, WhatWokeUpWaitsForNothing) {
+    WorldDef def{.sleep = {.time = 0.1}};
+    Worldd world(def);
+    addFloor(world);
+    std::vector<BodyId> cubes;
+    for (int i = 0; i < 800; ++i) {
+        cubes.push_back(world.add({.shapes = {box({0.2, 0.2, 0.2})}, .position = Vec3d(i % 40, 0.2, i / 40)}));
+    }
+    for (int k = 0; k < 40; ++k) {
+        world.step(dt);
+    }
+    EXPECT_EQ(world.report().counts.awake, 0);
+    for (const BodyId cube : cubes) {
+        world.wake(cube);
+    }
+    EXPECT_EQ(world.step(dt).counts.truncated, 0);
 }
 
 TEST(Standing, WhatDoesNotStandFallsOnceItIsKnown) {
