@@ -149,7 +149,11 @@ TEST(Crowds, NoFewKeepToThemselves) {
         world.step(1.0 / 60);
     }
     EXPECT_EQ(world.report().counts.crowdedPairs, 0);
-    expectBelow("depth, m", world.report().error.maxPenetration, 0.0021);
+    // The last have landed: of 24 throws 23 are .1 mm deep at most, one .8; at landings up to 11 mm.
+    for (int i = 200; i < 240; ++i) {
+        world.step(1.0 / 60);
+    }
+    expectBelow("depth, m", world.report().error.maxPenetration, 2e-4);
 }
 
 // Two bodies of twenty boxes each, born in each other, touch at hundreds of points.
