@@ -74,11 +74,9 @@ constexpr double touching = 1e-4;
 // it takes 10 ms.
 constexpr std::size_t fewPairs = 300;
 // Visits a row that smaller ones take, settled in their second step: 16 of a box on a floor, 60 of a pyramid of ten
-// rows; and how many such visits a step has for all of those together.
+// rows; and visits, for each row of all islands, that a step has for those together, 300,000 at the least.
 constexpr double visitsOfFew = 50;
-constexpr double worthOfFew(double rows) {
-    return std::max(3e5, rows);
-}
+constexpr double roomForFew = 1;
 // Steps that sweeps have what was not solved in time.
 constexpr int stepsWithoutAnswer = 16;
 // m/s, of any point, that a heap sways by at most; s, that friction alone would stop it in; and how long it has swayed
@@ -192,11 +190,12 @@ template <class S>
 void World<S>::Impl::shareStanding(double rows, S dt) {
     const bool isAuto = std::holds_alternative<AutoDef>(def.solver) && !accuracyAsked() && def.accuracy.maxWork == 0;
     double left = StandingSolution<S>::slice(rows);
-    double leftOfFew = worthOfFew(rows);
+    double leftOfFew = StandingSolution<S>::slice(rows, roomForFew);
     for (std::size_t k = 0; k < islandStates.size(); ++k) {
         const Island& island = islands.awake()[k];
         IslandState& state = islandStates[k];
         Standing& standing = state.standing;
+        standing.isPutUp = false;
         standing.stands = false;
         standing.waits = false;
         if (!isAuto && standing.solution) {
@@ -209,6 +208,7 @@ void World<S>::Impl::shareStanding(double rows, S dt) {
             standing.stands = true;
         } else if (standsAsPutUp(island, state)) {
             standing.as = StandsAs::PutUp;
+            standing.isPutUp = true;
             if (island.pairs.size() < fewPairs) {
                 standing.stands = standing.waits = leftOfFew <= 0;
                 leftOfFew -= visitsOfFew * loads_[k];

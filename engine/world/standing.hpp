@@ -36,7 +36,7 @@ public:
         return slices_ < mostSlices ? State::GoesOn : State::Unsolved;
     }
     // Visits that a slice has: what four sub-steps of sweeps take, or some 15 ms.
-    static double slice(double rows) { return std::max(3e5, 5 * rows); }
+    static double slice(double rows, double visitsPerRow = 5) { return std::max(3e5, visitsPerRow * rows); }
 
     // Of what is solved, if nothing has changed of `island` meanwhile: gives its contacts what they carry, and answers
     // with the problem, in which the bodies are where they should be.

@@ -61,9 +61,10 @@ struct World<S>::Impl {
         float tryAfter = 0.5F;                          // s
         StandsAs as = StandsAs::PutUp;
         bool wasSolved = false;
-        bool stands = false;  // in this step
-        bool waits = false;   // and others are solved first
-        bool isOver = false;  // something has changed before it was solved
+        bool isPutUp = false;  // and stands so, in this step
+        bool stands = false;   // in this step
+        bool waits = false;    // and others are solved first
+        bool isOver = false;   // something has changed before it was solved
     };
     // What is kept of an island from step to step.
     struct IslandState {

@@ -392,7 +392,8 @@ void World<S>::Impl::shareTries(double rows) {
         const Solution& last = state.solved;
         ControllerState& control = state.control;
         control.mayTry = left > 0;
-        if (state.settled || island.pairs.empty() || !island.joints.empty() || control.sweepSteps > 0) {
+        const bool isAtRest = state.settled || state.settles || state.standing.stands || state.standing.isPutUp;
+        if (isAtRest || island.pairs.empty() || !island.joints.empty() || control.sweepSteps > 0) {
             continue;
         }
         const bool isKnown = last.reason == PlanReason::Exact && last.restarts == 0 && control.directWork > 0;

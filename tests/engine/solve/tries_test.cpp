@@ -44,5 +44,22 @@ TEST(Tries, AreSpreadWhereManyIslandsMeetSomethingAtOnce) {
     EXPECT_LE(Throw(count).mostTries(), 200);  // measured 155; 400 where none waits for others
 }
 
+// What waits to be solved as standing tries nothing: one that lands beside it does.
+TEST(Tries, AreLeftByWhatStandsAndWaits) {
+    Worldd world;
+    addFloor(world);
+    for (int i = 0; i < 2000; ++i) {
+        world.add({.shapes = {box({0.2, 0.2, 0.2})}, .position = Vec3d(i % 50, 0.2, i / 50)});
+    }
+    const BodyId lands = world.add(
+        {.shapes = {box({0.4, 0.2, 0.3})}, .position = Vec3d(-5, 0.203, 0), .linearVelocity = Vec3d(3, -0.3, 0)});
+    const StepReport& report = world.step(dt);
+    const auto landing = std::find_if(report.islands.begin(), report.islands.end(),
+                                      [&](const IslandReport& island) { return island.lowest == lands; });
+    ASSERT_NE(landing, report.islands.end());
+    EXPECT_TRUE(landing->reason == PlanReason::Exact);
+    EXPECT_GT(report.counts.truncated, 1000);
+}
+
 }  // namespace
 }  // namespace cairn

@@ -136,7 +136,6 @@ TEST(Standing, StructuresShareWhatAStepMayTake) {
     expectClose("N on the floor", wall.onFloor(), wall.weight(), 1e-9 * wall.weight());
 }
 
-// Friction of .6 holds up to 31 degrees.
 TEST(Standing, ManySmallStructuresTakeTurns) {
     constexpr int walls = 40;
     Wall<double> wall(6, 6);
@@ -204,6 +203,7 @@ TEST(Standing, WhatWokeUpWaitsForNothing) {
     EXPECT_EQ(world.step(dt).counts.truncated, 0);
 }
 
+// Friction of .6 holds up to 31 degrees.
 TEST(Standing, WhatDoesNotStandFallsOnceItIsKnown) {
     const double tilt = 40 * pi / 180;
     Wall<double> wall(14, 14, 1, tilt);
